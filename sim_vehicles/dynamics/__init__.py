@@ -1,0 +1,1 @@
+"""Batched vehicle models: every array has one vehicle a row."""

@@ -1,0 +1,1 @@
+"""A MAVLink-connected mission bridge for UAV swarm search."""

@@ -1,0 +1,82 @@
+"""Mission time: the only place that reads the wall clock.
+
+Points in time are integer microseconds since mission start, durations float
+seconds. A run has one time master: *stepped* time jumps where it is told,
+*paced* time follows the monotonic clock times a factor.
+"""
+
+from __future__ import annotations
+
+import time
+from datetime import UTC, datetime
+from typing import Protocol
+
+SECOND_US = 1_000_000
+
+
+def to_us(duration_s: float) -> int:
+    """A duration in whole microseconds."""
+    return round(duration_s * SECOND_US)
+
+
+def to_s(t_us: int) -> float:
+    """A point in time in seconds since mission start."""
+    return t_us / SECOND_US
+
+
+class Clock(Protocol):
+    """Tells mission time and lets it pass."""
+
+    def now_us(self) -> int:
+        """Microseconds since mission start."""
+        ...
+
+    def wait_until(self, t_us: int) -> None:
+        """Return when mission time has reached ``t_us`` (at once if it has)."""
+        ...
+
+
+class SteppedClock:
+    """Time that jumps: as fast as the machine can go."""
+
+    def __init__(self) -> None:
+        self._now_us = 0
+
+    def now_us(self) -> int:
+        return self._now_us
+
+    def wait_until(self, t_us: int) -> None:
+        self._now_us = max(self._now_us, t_us)
+
+
+class PacedClock:
+    """Real time times a factor, from the moment it is made.
+
+    Args:
+        speed: mission seconds per wall second, above 0.
+        epoch_ns: monotonic time (ns) of mission start; None: now. Processes on
+            one machine that share it agree on mission time.
+    """
+
+    def __init__(self, speed: float = 1.0, *, epoch_ns: int | None = None) -> None:
+        if not speed > 0:
+            raise ValueError(f"speed must be positive, not {speed}")
+        self.speed = speed
+        self.epoch_ns = time.monotonic_ns() if epoch_ns is None else epoch_ns
+
+    def now_us(self) -> int:
+        return int((time.monotonic_ns() - self.epoch_ns) * self.speed) // 1000
+
+    def wait_until(self, t_us: int) -> None:
+        while (left_us := t_us - self.now_us()) > 0:
+            time.sleep(left_us / self.speed / SECOND_US)
+
+
+def wall_s() -> float:
+    """Monotonic wall time in seconds, for durations shown to people."""
+    return time.monotonic()
+
+
+def wall_date() -> datetime:
+    """Today's UTC date and time, for names of folders and reports."""
+    return datetime.now(UTC)

@@ -1,0 +1,1 @@
+"""MAVLink client: links, protocol machines, flavours of autopilot."""
