@@ -1,0 +1,1 @@
+"""Belief maps: update from a sensor reading, merging between agents, scores."""
