@@ -1,0 +1,234 @@
+import hashlib
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+
+from uavbridge.errors import ConfigError
+from uavbridge.recording.digest import StreamDigest, prefix
+from uavbridge.recording.reader import Recording
+from uavbridge.recording.recorder import MCAP_NAME, Recorder
+from uavbridge.recording.topics import (
+    TOPICS,
+    EventRecord,
+    MissionRecord,
+    ScoreRecord,
+    StateRecord,
+    encode,
+    known,
+    pack_heard,
+    topic_kind,
+    unpack_heard,
+)
+
+EPOCH_NS = 1_700_000_000_000_000_000
+FRAME = bytes([0xFD, 3, 0, 0, 0, 1, 1, 30, 0, 0]) + b"abc" + b"xy"
+
+
+def fly(folder: Path, *, seconds: int = 5, mcap: bool = True, epoch_ns: int = EPOCH_NS) -> Recorder:
+    """Record a small made-up mission; the recorder is left open."""
+    recorder = Recorder(folder, mission_name="demo", epoch_ns=epoch_ns, mcap=mcap)
+    recorder.record("mission", 0, MissionRecord(text="[mission]", seed=7, clock="stepped"))
+    for t_us in range(0, seconds * 1_000_000, 200_000):
+        for agent in (1, 2):
+            position = [float(agent), t_us / 1e6, 30.0]
+            state = StateRecord(position, [1.0, 0.0, 0.0], 0.5, "offboard", "search")
+            recorder.record(f"state/{agent}", t_us, state)
+            recorder.write(f"air/{agent}", t_us, bytes(range(60)))
+            recorder.tlog(agent).write(t_us, FRAME)
+    return recorder
+
+
+def independent_digest(folder: Path) -> str:
+    """docs/reference/recording.md, followed with the mcap library and nothing of ours."""
+
+    def field(data: bytes) -> bytes:
+        return struct.pack("<I", len(data)) + data
+
+    def tlog(path: Path) -> Iterator[tuple[int, bytes]]:
+        data, at = path.read_bytes(), 0
+        while at < len(data):
+            (date_us,) = struct.unpack_from(">Q", data, at)
+            length = 12 + data[at + 9]
+            yield date_us - EPOCH_NS // 1000, data[at + 8 : at + 8 + length]
+            at += 8 + length
+
+    messages = hashlib.sha256()
+    with (folder / MCAP_NAME).open("rb") as file:
+        for _, channel, message in make_reader(file).iter_messages(log_time_order=False):
+            if channel.topic != "summary":
+                t_us = (message.log_time - EPOCH_NS) // 1000
+                messages.update(field(channel.topic.encode()) + struct.pack("<q", t_us))
+                messages.update(field(message.data))
+    whole = hashlib.sha256(messages.digest())
+    for agent in (1, 2):
+        log = hashlib.sha256()
+        for t_us, frame in tlog(folder / f"vehicle_{agent}.tlog"):
+            log.update(field(f"tlog/{agent}".encode()) + struct.pack("<q", t_us) + field(frame))
+        whole.update(struct.pack("<I", agent) + log.digest())
+    return whole.hexdigest()
+
+
+def test_the_mcap_library_reads_what_was_written(tmp_path: Path) -> None:
+    fly(tmp_path).close()
+    with (tmp_path / MCAP_NAME).open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        summary = reader.get_summary()
+        assert summary is not None
+        assert summary.statistics is not None
+        assert summary.statistics.message_count == 1 + 25 * 4
+        states = [
+            (schema, channel, message)
+            for schema, channel, message in reader.iter_messages(topics=["state/2"])
+        ]
+    schema, channel, message = states[-1]
+    assert schema is not None
+    assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
+    assert msgspec.json.decode(message.data)["position"] == [2.0, 4.8, 30.0]
+    assert message.log_time == EPOCH_NS + 4_800_000_000
+
+
+def test_reader_gives_back_topics_times_and_bytes(tmp_path: Path) -> None:
+    fly(tmp_path).close()
+    recording = Recording(tmp_path)
+    assert recording.complete
+    assert (recording.mission_name, recording.epoch_ns) == ("demo", EPOCH_NS)
+    messages = list(recording.messages())
+    assert len(messages) == 101
+    assert messages[-1] == ("air/2", 4_800_000, bytes(range(60)))
+
+
+def test_digest_is_as_documented_and_as_read_back(tmp_path: Path) -> None:
+    recorder = fly(tmp_path)
+    digest = recorder.digest()
+    recorder.write("summary", 5_000_000, b'{"wall_s": 3.2}')  # not part of it
+    assert recorder.digest() == digest
+    recorder.close()
+    assert digest == independent_digest(tmp_path) == Recording(tmp_path).digest()
+
+
+def test_digest_needs_no_files_and_no_date(tmp_path: Path) -> None:
+    with fly(tmp_path) as kept, fly(tmp_path, mcap=False, epoch_ns=5) as null:
+        assert kept.digest() == null.digest()
+    before = set(tmp_path.iterdir())
+    with fly(tmp_path / "nowhere", mcap=False):
+        assert set(tmp_path.iterdir()) == before
+
+
+def test_same_mission_same_files(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        fly(tmp_path / name).close()
+    for file in (tmp_path / "one").iterdir():
+        assert file.read_bytes() == (tmp_path / "two" / file.name).read_bytes()
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from(["a", "ab", "b"]), st.integers(0, 2**40), st.binary())),
+    st.lists(st.tuples(st.sampled_from(["a", "ab", "b"]), st.integers(0, 2**40), st.binary())),
+)
+def test_digest_tells_any_two_streams_apart(
+    one: list[tuple[str, int, bytes]], two: list[tuple[str, int, bytes]]
+) -> None:
+    def value(records: list[tuple[str, int, bytes]]) -> bytes:
+        digest = StreamDigest()
+        for topic, t_us, data in records:
+            digest.add(prefix(topic), t_us, data)
+        return digest.value()
+
+    assert (value(one) == value(two)) == (one == two)
+
+
+def test_a_killed_process_leaves_all_but_the_last_second(tmp_path: Path) -> None:
+    recorder = fly(tmp_path, seconds=10)
+    killed = Recording(tmp_path)  # never closed
+    assert not killed.complete
+    times = [message.t_us for message in killed.messages()]
+    assert max(times) >= 9_000_000
+    assert len(times) >= 1 + 45 * 4
+    recorder.close()
+
+
+@given(cut=st.integers(0, 100_000))
+def test_a_file_cut_anywhere_reads_up_to_the_cut(
+    tmp_path_factory: pytest.TempPathFactory, cut: int
+) -> None:
+    folder = tmp_path_factory.mktemp("cut")
+    fly(folder).close()
+    path = folder / MCAP_NAME
+    data = path.read_bytes()
+    whole = list(Recording(path).messages())
+    path.write_bytes(data[: cut % len(data)])
+    try:
+        left = list(Recording(path).messages())
+    except ConfigError:
+        assert cut % len(data) < 200  # not even the header is there
+        return
+    assert left == whole[: len(left)]
+
+
+def test_a_damaged_chunk_ends_the_reading(tmp_path: Path) -> None:
+    fly(tmp_path).close()
+    path = tmp_path / MCAP_NAME
+    data = bytearray(path.read_bytes())
+    whole = list(Recording(path).messages())
+    data[len(data) // 3] ^= 0xFF
+    path.write_bytes(data)
+    left = list(Recording(path).messages())
+    assert len(left) < len(whole)
+    assert left == whole[: len(left)]
+
+
+def test_what_is_no_recording_is_told_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"mission\.mcap: No such file"):
+        Recording(tmp_path)
+    (tmp_path / MCAP_NAME).write_bytes(b"hello")
+    with pytest.raises(ConfigError, match="not an MCAP file"):
+        Recording(tmp_path)
+
+
+def test_unknown_topics_are_refused(tmp_path: Path) -> None:
+    with (
+        Recorder(tmp_path, mission_name="x", epoch_ns=0) as recorder,
+        pytest.raises(KeyError),
+    ):
+        recorder.write("weather/1", 0, b"")
+
+
+@pytest.mark.parametrize("name", [n for n, topic in TOPICS.items() if topic.struct])
+def test_schemas_are_flat_objects(name: str) -> None:
+    kind = topic_kind(f"{name}/3")
+    _, encoding, data = kind.schema()
+    schema = msgspec.json.decode(data)
+    assert encoding == "jsonschema"
+    assert schema["type"] == "object"
+    assert all("type" in field for field in schema["properties"].values())
+
+
+def test_unknown_numbers_are_left_out() -> None:
+    score = ScoreRecord(0.5, 10.0, 9.0, 1, separation=known(float("nan")))
+    assert "separation" not in msgspec.json.decode(encode(score))
+    assert msgspec.json.decode(encode(EventRecord("failure", "no link", 3)))["agent"] == 3
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(0, 2**32 - 1),
+            st.integers(0, 2**32 - 1),
+            st.sampled_from(["delivered", "range", "loss"]),
+        )
+    ),
+    st.binary(max_size=8),
+)
+def test_heard_round_trip(rows: list[tuple[int, int, str]], rest: bytes) -> None:
+    records = unpack_heard(pack_heard(rows) + rest)
+    codes = [{"delivered": 0, "range": 1, "loss": 2}[outcome] for _, _, outcome in rows]
+    assert np.array_equal(records["sender"], [sender for sender, _, _ in rows])
+    assert np.array_equal(records["outcome"], codes)

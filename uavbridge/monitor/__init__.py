@@ -1,0 +1,1 @@
+"""Watching a mission while it flies."""

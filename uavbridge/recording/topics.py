@@ -1,0 +1,172 @@
+"""The topics of a recording: one table, and the values that the JSON ones carry.
+
+Times are those of the messages, in mission time. Lengths are metres, speeds
+m/s, ENU in the mission frame. Each JSON schema is made from the struct here, so
+that the two cannot differ. Fields that are not known are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeAlias
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+from msgspec import UNSET, Struct, UnsetType
+
+Triple: TypeAlias = Annotated[list[float], msgspec.Meta(min_length=3, max_length=3)]
+
+# What became of one frame at one receiver, by code.
+OUTCOMES = ("delivered", "range", "loss", "delay", "bandwidth", "malformed", "other")
+
+HEARD = np.dtype([("sender", "<u4"), ("tick", "<u4"), ("outcome", "u1")])
+
+
+class MissionRecord(Struct, frozen=True, omit_defaults=True):
+    """What was flown: enough to fly it again."""
+
+    text: str  # the mission file, with what the command line changed
+    seed: int
+    clock: str  # "stepped" or "paced"
+    versions: dict[str, str] = {}
+
+
+class StateRecord(Struct, frozen=True):
+    """One vehicle as its agent knows it."""
+
+    position: Triple
+    velocity: Triple
+    heading: float  # rad from east, counter-clockwise
+    mode: str
+    phase: str  # the agent's own: "takeoff", "search", "return", "landed", ...
+    armed: bool = False
+    battery: float | UnsetType = UNSET  # 0..1
+    note: str = ""  # the planner's words
+
+
+class SetpointRecord(Struct, frozen=True):
+    """What the vehicle was told, after the safety filter."""
+
+    kind: str  # "velocity" or "position"
+    value: Triple  # m/s or m
+    yaw: float | UnsetType = UNSET
+    wanted: Triple | UnsetType = UNSET  # what the planner wanted, where the filter changed it
+
+
+class ReadingRecord(Struct, frozen=True):
+    """One look of one payload sensor at one cell."""
+
+    column: int
+    row: int
+    detected: bool
+
+
+class EventRecord(Struct, frozen=True):
+    """Something that people should know of."""
+
+    kind: str  # "phase", "declared", "failure", "said", ...
+    text: str
+    agent: int | UnsetType = UNSET
+
+
+class ScoreRecord(Struct, frozen=True):
+    """How far the mission is, from the union of the agents' maps and the true positions."""
+
+    coverage: float  # share of cells seen
+    entropy: float  # bits
+    uncertainty: float  # Liu 2022, one-sided
+    declared: int  # true targets declared
+    separation: float | UnsetType = UNSET  # closest airborne pair; left out with fewer than two
+
+
+class MapRecord(Struct, frozen=True):
+    """A whole belief map: P of cell (c, r) at index c * rows + r; -1 where never seen."""
+
+    columns: int
+    rows: int
+    probability: list[float]
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """How the messages of one topic, or of all topics under it, are to be read."""
+
+    name: str  # "state" stands for state/<agent> too
+    encoding: str
+    struct: type[Struct] | None = None
+    schema_text: str = ""  # for encodings of our own
+    digested: bool = True
+
+    def schema(self) -> tuple[str, str, bytes]:
+        """MCAP schema: name, encoding, data."""
+        if self.struct is None:
+            return f"uavbridge.{self.name}", self.encoding, self.schema_text.encode()
+        document = _flat_schema(self.struct)
+        return f"uavbridge.{self.struct.__name__}", "jsonschema", msgspec.json.encode(document)
+
+
+FRAME_ENCODING = "uavbridge-frame-v1"
+HEARD_ENCODING = "uavbridge-heard-v1"
+
+TOPICS: dict[str, Topic] = {
+    topic.name: topic
+    for topic in (
+        Topic("mission", "json", MissionRecord),
+        Topic("air", FRAME_ENCODING, schema_text="docs/reference/wire.md"),
+        Topic(
+            "heard",
+            HEARD_ENCODING,
+            schema_text="records of 9 bytes: u32 sender, u32 tick, u8 outcome; little-endian; "
+            + ", ".join(f"{code} {name}" for code, name in enumerate(OUTCOMES)),
+        ),
+        Topic("obs", "json", ReadingRecord),
+        Topic("setpoint", "json", SetpointRecord),
+        Topic("state", "json", StateRecord),
+        Topic("event", "json", EventRecord),
+        Topic("score", "json", ScoreRecord),
+        Topic("map", "json", MapRecord),
+        # The summary holds the digest and the wall time, so it is no part of the digest.
+        Topic("summary", "json", schema_text='{"type":"object"}', digested=False),
+    )
+}
+
+
+def topic_kind(topic: str) -> Topic:
+    """The table's row for a topic such as ``state/3``. Raises KeyError where there is none."""
+    return TOPICS[topic.partition("/")[0]]
+
+
+_ENCODER = msgspec.json.Encoder()
+
+
+def encode(record: Struct) -> bytes:
+    """A record as JSON in the fixed order of its fields."""
+    return _ENCODER.encode(record)
+
+
+def known(value: float) -> float | UnsetType:
+    """The value, or UNSET where it is not a finite number."""
+    return value if math.isfinite(value) else UNSET
+
+
+def pack_heard(rows: Iterable[tuple[int, int, str]]) -> bytes:
+    """(sender, tick, outcome) of the frames that reached one receiver's radio, as bytes."""
+    codes = [
+        (sender, tick, OUTCOMES.index(outcome if outcome in OUTCOMES else "other"))
+        for sender, tick, outcome in rows
+    ]
+    return np.array(codes, dtype=HEARD).tobytes()
+
+
+def unpack_heard(data: bytes) -> npt.NDArray[np.void]:
+    """Records of dtype HEARD (k,); an incomplete last one is left out."""
+    return np.frombuffer(data[: len(data) // HEARD.itemsize * HEARD.itemsize], dtype=HEARD)
+
+
+def _flat_schema(kind: type[Struct]) -> dict[str, Any]:
+    """JSON schema with the object at its root: Foxglove follows no references."""
+    (_,), components = msgspec.json.schema_components([kind])
+    return dict(components[kind.__name__])

@@ -1,0 +1,1 @@
+"""What a mission came to: results as arrays, summary.json, report.html, a screen of text."""
