@@ -1,0 +1,174 @@
+"""What the single values of a mission cannot show: how they fit together."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+from math import hypot, isfinite, isnan
+from typing import Any
+
+from planners.belief.merge import MERGE_RULES
+from planners.planner import PlannerKind
+from uavbridge.config.field_error import FieldError, KeyPath
+from uavbridge.config.mission import Mission
+from uavbridge.config.starts import Member
+
+_MAY_BE_INFINITE = {("radio", "range_m"), ("safety", "beacon_range_m")}
+_ENDPOINT = re.compile(r"(tcp|udp|tls|quic|ws|unixsock-stream)/\S+")
+_PARAMETER_NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}")
+_LAST_PORT = 65535
+
+
+def check(mission: Mission, planners: Mapping[str, PlannerKind] | None) -> None:
+    """Hold a mission against all rules.
+
+    Raises:
+        FieldError: the first one broken.
+    """
+    _numbers(mission.plain(), ())
+    _probabilities(mission)
+    _agents(mission)
+    team = _team(mission)
+    _altitudes(mission, team)
+    _starts(mission, team)
+    _targets(mission)
+    _endpoints(mission)
+    _simulation(mission)
+    _known(("belief", "merge"), "merge rule", mission.belief.merge, MERGE_RULES)
+    if planners is not None:
+        _planner(mission, planners)
+
+
+def _numbers(value: Any, path: KeyPath) -> None:
+    if isinstance(value, float) and not isfinite(value):
+        if isnan(value) or path not in _MAY_BE_INFINITE:
+            raise FieldError(path, "must be a finite number", value)
+    elif isinstance(value, dict):
+        for key, part in value.items():
+            _numbers(part, (*path, key))
+    elif isinstance(value, list):
+        for index, part in enumerate(value):
+            _numbers(part, (*path, index))
+
+
+def _probabilities(mission: Mission) -> None:
+    sensor, belief = mission.sensor, mission.belief
+    if not sensor.q < sensor.p:
+        raise FieldError(("sensor", "q"), f"must be below p = {sensor.p:g}", sensor.q)
+    if not belief.threshold > belief.prior:
+        what = f"must be above prior = {belief.prior:g}"
+        raise FieldError(("belief", "threshold"), what, belief.threshold)
+
+
+def _agents(mission: Mission) -> None:
+    seen: set[int] = set()
+    for index, agent in enumerate(mission.agents):
+        if agent.id in seen:
+            raise FieldError(("agents", index, "id"), "is there twice", agent.id)
+        seen.add(agent.id)
+
+
+def _team(mission: Mission) -> tuple[Member, ...]:
+    try:
+        return mission.team()
+    except ValueError as error:
+        raise FieldError(("vehicles",), str(error), mission.vehicles) from None
+
+
+def _altitudes(mission: Mission, team: tuple[Member, ...]) -> None:
+    low, high = mission.safety.altitude_min_m, mission.safety.altitude_max_m
+    if not low < high:
+        raise FieldError(
+            ("safety", "altitude_max_m"), f"must be above altitude_min_m = {low:g}", high
+        )
+    for member in team:
+        if not low <= member.altitude_m <= high:
+            path = _agent_key(mission, member.id, "altitude_m") or ("fleet", "altitude_m")
+            what = f"must be in the band {low:g} to {high:g} m that [safety] allows"
+            raise FieldError(path, what, member.altitude_m)
+
+
+def _agent_key(mission: Mission, number: int, key: str) -> KeyPath | None:
+    """Path of a key that [[agents]] sets for an agent."""
+    for index, agent in enumerate(mission.agents):
+        if agent.id == number and getattr(agent, key) is not None:
+            return ("agents", index, key)
+    return None
+
+
+def _start_keys(mission: Mission, team: tuple[Member, ...]) -> Iterator[KeyPath]:
+    """Where each member's start comes from."""
+    for place, member in enumerate(team):
+        given = place < len(mission.fleet.starts)
+        yield _agent_key(mission, member.id, "start") or (
+            ("fleet", "starts", place) if given else ("fleet", "spacing_m")
+        )
+
+
+def _starts(mission: Mission, team: tuple[Member, ...]) -> None:
+    west, south, east, north = mission.grid.bounds
+    margin, separation = mission.safety.fence_margin_m, mission.safety.separation_m
+    paths = list(_start_keys(mission, team))
+    for place, (member, path) in enumerate(zip(team, paths, strict=True)):
+        x, y = member.start
+        if not (west - margin <= x <= east + margin and south - margin <= y <= north + margin):
+            what = f"lies outside the fence, {margin:g} m around the area"
+            raise FieldError(path, what, member.start)
+        for other in team[:place]:
+            distance = hypot(x - other.start[0], y - other.start[1])
+            if distance < separation:
+                what = (
+                    f"agents {other.id} and {member.id} start {distance:g} m apart, "
+                    f"closer than safety.separation_m = {separation:g}"
+                )
+                raise FieldError(path, what)
+
+
+def _targets(mission: Mission) -> None:
+    for index, target in enumerate(mission.targets):
+        if not mission.grid.contains(target.position):
+            west, south, east, north = mission.grid.bounds
+            what = f"lies outside the area, x {west:g} to {east:g}, y {south:g} to {north:g}"
+            raise FieldError(("targets", index, "position"), what, target.position)
+
+
+def _endpoints(mission: Mission) -> None:
+    bus = mission.bus
+    for key, endpoint in (("listen", bus.listen), ("router", bus.router)):
+        if endpoint is None or (key == "listen" and endpoint == "auto"):
+            continue
+        if not _ENDPOINT.fullmatch(endpoint):
+            what = "must be a zenoh endpoint such as tcp/127.0.0.1:7447"
+            raise FieldError(("bus", key), what, endpoint)
+
+
+def _simulation(mission: Mission) -> None:
+    simulator, safety = mission.simulator, mission.safety
+    if simulator.ports != "auto" and simulator.ports + mission.vehicles - 1 > _LAST_PORT:
+        what = f"leaves no ports for {mission.vehicles} vehicles"
+        raise FieldError(("simulator", "ports"), what, simulator.ports)
+    for name in simulator.parameters:
+        if not _PARAMETER_NAME.fullmatch(name):
+            what = "is not a parameter's name: capitals, digits and _, at most 16"
+            raise FieldError(("simulator", "parameters", name), what)
+    if not safety.beacon_range_m > safety.separation_m:
+        what = f"must be above separation_m = {safety.separation_m:g}"
+        raise FieldError(("safety", "beacon_range_m"), what, safety.beacon_range_m)
+
+
+def _known(path: KeyPath, noun: str, name: str, known: Mapping[str, object]) -> None:
+    if name not in known:
+        near = get_close_matches(name, list(known), n=1)
+        hint = f"did you mean {near[0]}? " if near else ""
+        raise FieldError(path, f"no such {noun}; {hint}known: {', '.join(sorted(known))}", name)
+
+
+def _planner(mission: Mission, planners: Mapping[str, PlannerKind]) -> None:
+    from planners.registry import bind
+
+    _known(("planner",), "planner", mission.planner, planners)
+    try:
+        bind(planners[mission.planner], mission.scenario(), mission.parameters)
+    except ValueError as error:
+        raise FieldError(("parameters",), str(error)) from None

@@ -1,0 +1,172 @@
+"""The tables of a mission file: one frozen struct each, keys with their limits and a line of doc.
+
+The same annotations check a file, make the JSON schema, and fill docs/reference/mission_file.md.
+"""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Annotated, Literal, TypeAlias
+
+from msgspec import Meta, Struct, field
+
+MAX_VEHICLES = 250  # MAVLink system ids 1..250; 251..255 are for ground stations
+
+Point: TypeAlias = tuple[float, float]
+Probability = Annotated[float, Meta(gt=0.0, lt=1.0)]
+AgentId = Annotated[int, Meta(ge=1, le=MAX_VEHICLES)]
+Port = Annotated[int, Meta(ge=1024, le=65535)]
+
+
+class Table(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What all tables have in common: no unknown keys, no changes."""
+
+
+class Home(Table, frozen=True):
+    """Where the origin of the local frame lies on the Earth."""
+
+    latitude_deg: Annotated[float, Meta(ge=-89.0, le=89.0, description="WGS 84")] = 47.397742
+    longitude_deg: Annotated[float, Meta(ge=-180.0, le=180.0, description="WGS 84")] = 8.545594
+    altitude_m: Annotated[
+        float, Meta(ge=-500.0, le=9000.0, description="of the ground, above sea level")
+    ] = 488.0
+
+
+class Area(Table, frozen=True):
+    """The search area: a grid of square cells, in metres east and north of home."""
+
+    cell_m: Annotated[float, Meta(gt=0.0, le=1e5, description="side of a cell")]
+    columns: Annotated[int, Meta(ge=1, le=2000, description="cells from west to east")]
+    rows: Annotated[int, Meta(ge=1, le=2000, description="cells from south to north")]
+    west_m: Annotated[float, Meta(ge=-1e5, le=1e5, description="x of the western edge")] = 0.0
+    south_m: Annotated[float, Meta(ge=-1e5, le=1e5, description="y of the southern edge")] = 0.0
+
+
+class Fleet(Table, frozen=True):
+    """The vehicles and where they take off."""
+
+    starts: Annotated[
+        tuple[Point, ...],
+        Meta(description="[x, y] of each vehicle in m, by ascending id; missing ones are placed"),
+    ] = ()
+    altitude_m: Annotated[float, Meta(gt=0.0, description="search altitude above home")] = 40.0
+    spacing_m: Annotated[
+        float, Meta(gt=0.0, description="distance between starts that are placed automatically")
+    ] = 50.0
+    model: Annotated[
+        Literal["multirotor", "perfect"], Meta(description="vehicle model of the simulator")
+    ] = "multirotor"
+
+
+class Agent(Table, frozen=True):
+    """What is particular to one agent."""
+
+    id: Annotated[AgentId, Meta(description="agent id, also its MAVLink system id")]
+    start: Annotated[Point | None, Meta(description="[x, y] in m, instead of fleet.starts")] = None
+    altitude_m: Annotated[
+        float | None, Meta(description="search altitude above home, instead of fleet.altitude_m")
+    ] = None
+
+
+class Sensor(Table, frozen=True):
+    """The payload sensor of every agent (Khan 2014, Eq. (1))."""
+
+    p: Annotated[Probability, Meta(description="P(detection | target in the cell)")] = 0.9
+    q: Annotated[Probability, Meta(description="P(detection | no target in the cell)")] = 0.05
+    period_s: Annotated[
+        float,
+        Meta(ge=0.0, description="0: one reading on entering a cell; else one a period inside too"),
+    ] = 0.0
+
+
+class Belief(Table, frozen=True):
+    """The map that every agent keeps."""
+
+    prior: Annotated[Probability, Meta(description="P(target) of every cell at the start")] = 0.5
+    update: Annotated[
+        Literal["bayes", "liu"],
+        Meta(description="what a reading does: Khan 2014, Eq. (1), or Liu 2022, Eqs. (4)-(5)"),
+    ] = "bayes"
+    merge: Annotated[str, Meta(description="rule by which received cells are merged")] = (
+        "belief-update"
+    )
+    threshold: Annotated[
+        Probability, Meta(description="a target is declared in a cell above this probability")
+    ] = 0.95
+
+
+class Target(Table, frozen=True):
+    """A true target. Only the simulated world knows it."""
+
+    position: Annotated[Point, Meta(description="[x, y] in m, inside the area")]
+
+
+class Radio(Table, frozen=True):
+    """The emulated radio between agents."""
+
+    range_m: Annotated[float, Meta(gt=0.0, description="inf: everybody hears everybody")] = inf
+    keyframe_s: Annotated[
+        float, Meta(gt=0.0, description="time between two full maps of one agent")
+    ] = 10.0
+
+
+class Safety(Table, frozen=True):
+    """What no setpoint may violate, whatever the planner says."""
+
+    separation: Annotated[bool, Meta(description="keep vehicles apart")] = True
+    separation_m: Annotated[float, Meta(gt=0.0, description="distance kept between vehicles")] = (
+        10.0
+    )
+    beacon_range_m: Annotated[
+        float, Meta(gt=0.0, description="range of the position beacon that separation relies on")
+    ] = 200.0
+    fence_margin_m: Annotated[
+        float, Meta(ge=0.0, description="how far the fence lies outside the area")
+    ] = 50.0
+    altitude_min_m: Annotated[float, Meta(ge=0.0, description="above home")] = 15.0
+    altitude_max_m: Annotated[float, Meta(gt=0.0, description="above home")] = 120.0
+    speed_m_s: Annotated[float, Meta(gt=0.0, le=50.0, description="horizontal speed limit")] = 10.0
+    climb_m_s: Annotated[float, Meta(gt=0.0, le=20.0, description="climb and sink limit")] = 3.0
+    acceleration_m_s2: Annotated[
+        float, Meta(gt=0.0, le=20.0, description="how fast a setpoint's velocity may change")
+    ] = 4.0
+
+
+class Wind(Table, frozen=True):
+    """Steady wind and gusts in the simulation."""
+
+    east_m_s: Annotated[float, Meta(ge=-30.0, le=30.0, description="towards east")] = 0.0
+    north_m_s: Annotated[float, Meta(ge=-30.0, le=30.0, description="towards north")] = 0.0
+    up_m_s: Annotated[float, Meta(ge=-10.0, le=10.0, description="upwards")] = 0.0
+    gust_m_s: Annotated[float, Meta(ge=0.0, le=15.0, description="standard deviation")] = 0.0
+
+
+class Bus(Table, frozen=True):
+    """Where the agents' bus lives (paced missions only)."""
+
+    listen: Annotated[
+        str, Meta(description='endpoint of the embedded router, "auto": a free port on loopback')
+    ] = "auto"
+    router: Annotated[
+        str | None, Meta(description="endpoint of an external router; then none is embedded")
+    ] = None
+
+
+class Simulator(Table, frozen=True):
+    """The simulated vehicles."""
+
+    step_s: Annotated[float, Meta(ge=0.001, le=0.1, description="of the integration")] = 0.02
+    ports: Annotated[
+        Literal["auto"] | Port,
+        Meta(description='UDP ports of the vehicles: first of a row, or "auto": free ones'),
+    ] = "auto"
+    parameters: Annotated[
+        dict[str, float], Meta(description="autopilot parameters, such as MPC_XY_VEL_MAX")
+    ] = field(default_factory=dict)
+
+
+class Recording(Table, frozen=True):
+    """What is written to the output folder beside summary and report."""
+
+    mcap: Annotated[bool, Meta(description="mission.mcap with all that happened")] = True
+    tlog: Annotated[bool, Meta(description="one MAVLink .tlog a vehicle")] = True
