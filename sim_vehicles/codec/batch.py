@@ -58,6 +58,7 @@ class BatchPacker:
     def __init__(self, name: str, component: int = 1) -> None:
         layout = BY_NAME[name]
         self.name = name
+        self.msgid = layout.msgid
         self.dtype = np.dtype([_numpy_field(field) for field in layout.fields])
         self._payload = self.dtype.itemsize
         self._header = np.zeros(_HEAD, dtype=np.uint8)
