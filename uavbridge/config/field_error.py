@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any, TypeAlias
 
 KeyPath: TypeAlias = tuple[str | int, ...]
@@ -12,7 +12,6 @@ _HEADER = re.compile(r"^\s*\[(\[?)\s*([^\[\]]+?)\s*\]")
 _KEY = re.compile(
     r"""^\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*="""
 )
-_PLAIN = {float: "a number", int: "a whole number", str: "a string", bool: "true or false"}
 _LONGEST = 60
 
 
@@ -50,9 +49,10 @@ def parse_path(text: str) -> KeyPath:
 def value_at(data: Any, path: KeyPath) -> Any:
     """The value at a path. Raises LookupError where there is none."""
     for part in path:
-        if not isinstance(data, Mapping if isinstance(part, str) else Sequence):
-            raise LookupError(dotted(path))
-        data = data[part]
+        try:
+            data = data[part]
+        except (LookupError, TypeError):
+            raise LookupError(dotted(path)) from None
     return data
 
 
@@ -97,11 +97,8 @@ def _shown(value: object) -> str:
         text = "a table"
     elif isinstance(value, str):
         text = '"' + value.encode("unicode_escape").decode() + '"'
+    elif isinstance(value, list | tuple):
+        text = repr(list(value))
     else:
-        text = repr(list(value)) if isinstance(value, tuple) else repr(value)
+        text = str(value)
     return text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."
-
-
-def kind_name(kind: type[Any]) -> str:
-    """A Python type in words."""
-    return _PLAIN.get(kind, kind.__name__)

@@ -1,0 +1,5 @@
+"""The command line: ``uavbridge COMMAND``."""
+
+from uavbridge.cli.commands import main
+
+__all__ = ["main"]
