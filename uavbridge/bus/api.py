@@ -20,6 +20,10 @@ class Mailbox(Protocol):
         """All samples since the last call, in order of arrival."""
         ...
 
+    def close(self) -> None:
+        """Collect no more; what is left may still be drained."""
+        ...
+
 
 class Bus(Protocol):
     """Publish, subscribe, answer and ask, by key expressions in zenoh's syntax.
@@ -36,18 +40,25 @@ class Bus(Protocol):
         ...
 
     def serve(self, key: str, answer: Callable[[str], bytes | None]) -> None:
-        """Answer queries on ``key``.
+        """Answer queries on ``key``, which names one key.
 
-        ``answer`` gets the asked key, may run on another thread, and must return quickly.
+        ``answer`` gets the key, may run on another thread, and must return quickly;
+        None is no answer.
         """
         ...
 
     def query(self, pattern: str, timeout_s: float = 1.0) -> list[Sample]:
-        """Ask everybody who serves a matching key."""
+        """Ask everybody who serves a matching key; the answers, by key."""
         ...
 
     def declare(self, key: str) -> None:
         """A liveliness token that dies with this session."""
+        ...
+
+    def watch(self, pattern: str) -> Mailbox:
+        """Liveliness tokens: a sample ``b"1"`` for each that is there or comes, ``b""`` when one
+        is gone.
+        """
         ...
 
     def close(self) -> None:

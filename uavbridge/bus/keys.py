@@ -1,0 +1,122 @@
+"""All key spaces of the bus, in one table.
+
+A key is ``uavbridge/<mission>/<space>/...``; everything but the two bus
+implementations speaks of keys relative to the mission.
+
+Planners, and the core of an agent, are fed from ``air/``, ``obs/`` and
+``place/`` only. A monitor may read everything (``**``).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+Tile = tuple[int, int]
+
+TRUTH = "world/truth"
+EVERYONE = "all"
+
+
+@dataclass(frozen=True, slots=True)
+class Space:
+    """One key space: who writes, who may read, and how it is carried.
+
+    Attributes:
+        pattern: its keys, relative to the mission.
+        writers: who publishes there.
+        readers: who may be fed from it.
+        essential: True: the sender waits when the network is busy; False: a
+            sample may be lost then, as a newer one follows.
+        urgent: it overtakes the rest.
+    """
+
+    pattern: str
+    writers: str
+    readers: str
+    essential: bool = False
+    urgent: bool = False
+
+
+SPACES: dict[str, Space] = {
+    # The emulated radio: one frame per agent and tick; the receiver's Radio decides.
+    "air": Space("air/<tile x>/<tile y>/<agent>", "the agent", "agents in radio range"),
+    # What the own payload sensor saw, from the simulated world or a real detector.
+    "obs": Space("obs/<agent>", "the world, a detector", "the agent", essential=True),
+    # Questions to and answers from place agents.
+    "place": Space("place/<place>/...", "place agents", "agents in radio range", essential=True),
+    # Position beacon for separation, such as Remote ID gives; never fed to a planner.
+    "safety": Space(
+        "safety/<tile x>/<tile y>/<agent>", "the agent", "safety filters in range", urgent=True
+    ),
+    # Orders from people and from the mission's judge.
+    "cmd": Space("cmd/<agent | all>", "operators", "the agent", essential=True, urgent=True),
+    # Reports for people; state/<agent>/map is the whole map: on request and now and then.
+    "state": Space("state/<agent>[/map]", "the agent", "people: monitor, recorder, launcher"),
+    # Where the simulated vehicles truly are: for Radio alone.
+    "world": Space(TRUTH, "the simulation", "the radio's decision, recorder"),
+    # Liveliness tokens: people learn from them who died, agents do not.
+    "alive": Space("alive/<agent>", "the agent's session", "people"),
+}
+
+
+def prefix(mission: str) -> str:
+    """``uavbridge/<mission>/``, with what zenoh cannot have in a key replaced by ``-``.
+
+    Raises:
+        ValueError: the mission has no name.
+    """
+    if not mission:
+        raise ValueError("a mission needs a name")
+    return f"uavbridge/{re.sub(r'[^A-Za-z0-9._-]', '-', mission)}/"
+
+
+def space_of(key: str) -> Space | None:
+    """The key space that a relative key belongs to."""
+    return SPACES.get(key.partition("/")[0])
+
+
+def agent_of(key: str) -> int | None:
+    """The agent named by a key's last chunk that is not ``map``; None when there is none."""
+    last = key.removesuffix("/map").rpartition("/")[2]
+    return int(last) if last.isascii() and last.isdigit() else None
+
+
+def air(tile: Tile, agent: int | str) -> str:
+    """Frames of one agent (or ``*``) sent from a tile."""
+    return f"air/{tile[0]}/{tile[1]}/{agent}"
+
+
+def safety(tile: Tile, agent: int | str) -> str:
+    """Position beacons of one agent (or ``*``) sent from a tile."""
+    return f"safety/{tile[0]}/{tile[1]}/{agent}"
+
+
+def obs(agent: int | str) -> str:
+    """Readings of an agent's payload sensor."""
+    return f"obs/{agent}"
+
+
+def place(name: str) -> str:
+    """What a place agent answers to."""
+    return f"place/{name}"
+
+
+def cmd(target: int | str = EVERYONE) -> str:
+    """Orders to one agent, or to all."""
+    return f"cmd/{target}"
+
+
+def state(agent: int | str) -> str:
+    """An agent's report for people."""
+    return f"state/{agent}"
+
+
+def state_map(agent: int | str) -> str:
+    """An agent's whole map for people: published now and then, answered on request."""
+    return f"state/{agent}/map"
+
+
+def alive(agent: int | str) -> str:
+    """An agent's liveliness token."""
+    return f"alive/{agent}"

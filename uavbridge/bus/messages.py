@@ -1,0 +1,185 @@
+"""Wire format v1 of what is not radio traffic: whole maps, readings, the truth.
+
+Same header and same manners as ``uavbridge.bus.wire``: malformed decodes to
+None, counted. Described in docs/reference/wire_format.md.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from struct import Struct, error
+
+import numpy as np
+import numpy.typing as npt
+
+from uavbridge.bus.wire import (
+    MAGIC,
+    POSITION_LIMIT_M,
+    TIME_LIMIT_US,
+    VERSION,
+    Kind,
+    fault_in_head,
+    refused,
+)
+
+CELL_COUNT_LIMIT = 1 << 24
+NEVER = -1  # stamp of a cell that nobody saw
+
+_FULL_MAP = Struct("<2sBBIqII3d")
+_READINGS = Struct("<2sBBIq")
+_READING = Struct("<HHB")
+_TRUTH = Struct("<2sBBIq")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FullMap:
+    """One agent's whole belief map at one moment.
+
+    Attributes:
+        agent: whose it is.
+        t_us: when.
+        west_m: western edge, ENU m.
+        south_m: southern edge, ENU m.
+        cell_m: side of a cell.
+        probability: (columns, rows) P(target in cell); float32 on the wire.
+        stamp_us: (columns, rows) int64 time of the newest look at the cell, -1: never.
+    """
+
+    agent: int
+    t_us: int
+    west_m: float
+    south_m: float
+    cell_m: float
+    probability: npt.NDArray[np.float64]
+    stamp_us: npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """What a payload sensor saw at one time: (column, row, detected) of each look."""
+
+    t_us: int
+    looks: tuple[tuple[int, int, bool], ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Truth:
+    """Where the simulated vehicles are: ids (n,) ascending, positions (n, 3) ENU m."""
+
+    t_us: int
+    ids: tuple[int, ...]
+    position: npt.NDArray[np.float64]
+
+
+def encode_map(full: FullMap) -> bytes:
+    """The bytes of a whole map.
+
+    Raises:
+        ValueError: shapes differ, or a number does not fit its field.
+    """
+    if full.probability.shape != full.stamp_us.shape or full.probability.ndim != 2:
+        raise ValueError(f"map {full.probability.shape} with stamps {full.stamp_us.shape}")
+    columns, rows = full.probability.shape
+    head = _packed(
+        _FULL_MAP,
+        Kind.FULL_MAP,
+        full.agent,
+        full.t_us,
+        columns,
+        rows,
+        full.west_m,
+        full.south_m,
+        full.cell_m,
+    )
+    return head + full.stamp_us.astype("<i8").tobytes() + full.probability.astype("<f4").tobytes()
+
+
+def decode_map(data: bytes, rejects: Counter[str] | None = None) -> FullMap | None:
+    """The map in ``data``; None, and its reason counted, when malformed."""
+    if fault := fault_in_head(data, _FULL_MAP.size, (Kind.FULL_MAP,)):
+        return refused(fault, rejects)
+    _, _, _, agent, t_us, columns, rows, west_m, south_m, cell_m = _FULL_MAP.unpack_from(data)
+    count = columns * rows
+    if not 0 < count <= CELL_COUNT_LIMIT:
+        return refused("size", rejects)
+    if len(data) != _FULL_MAP.size + 12 * count:
+        return refused("length", rejects)
+    if not 0 <= t_us <= TIME_LIMIT_US:
+        return refused("time", rejects)
+    if not (abs(west_m) <= POSITION_LIMIT_M and abs(south_m) <= POSITION_LIMIT_M):
+        return refused("position", rejects)
+    stamp_us = np.frombuffer(data, "<i8", count, _FULL_MAP.size)
+    probability = np.frombuffer(data, "<f4", count, _FULL_MAP.size + 8 * count)
+    sound = 0 < cell_m <= POSITION_LIMIT_M and bool(
+        np.all((probability >= 0) & (probability <= 1)) and np.all(stamp_us >= NEVER)
+    )
+    if not sound:
+        return refused("value", rejects)
+    return FullMap(
+        agent,
+        t_us,
+        west_m,
+        south_m,
+        cell_m,
+        probability.astype(np.float64).reshape(columns, rows),
+        stamp_us.astype(np.int64).reshape(columns, rows),
+    )
+
+
+def encode_readings(readings: Readings) -> bytes:
+    """The bytes of sensor readings. Raises ValueError when a number does not fit its field."""
+    head = _packed(_READINGS, Kind.READINGS, len(readings.looks), readings.t_us)
+    try:
+        return head + b"".join(_READING.pack(*look) for look in readings.looks)
+    except error as fault:
+        raise ValueError(f"reading: {fault}") from None
+
+
+def decode_readings(data: bytes, rejects: Counter[str] | None = None) -> Readings | None:
+    """The readings in ``data``; None, and its reason counted, when malformed."""
+    if fault := fault_in_head(data, _READINGS.size, (Kind.READINGS,)):
+        return refused(fault, rejects)
+    _, _, _, count, t_us = _READINGS.unpack_from(data)
+    if len(data) != _READINGS.size + count * _READING.size:
+        return refused("length", rejects)
+    if not 0 <= t_us <= TIME_LIMIT_US:
+        return refused("time", rejects)
+    looks = tuple(_READING.iter_unpack(data[_READINGS.size :]))
+    if any(detected > 1 for _, _, detected in looks):
+        return refused("value", rejects)
+    return Readings(t_us, tuple((c, r, bool(detected)) for c, r, detected in looks))
+
+
+def encode_truth(truth: Truth) -> bytes:
+    """The bytes of the true positions. Raises ValueError when ids and positions differ."""
+    count = len(truth.ids)
+    if truth.position.shape != (count, 3):
+        raise ValueError(f"{count} ids with positions {truth.position.shape}")
+    head = _packed(_TRUTH, Kind.TRUTH, count, truth.t_us)
+    return head + truth.position.astype("<f8").tobytes() + np.array(truth.ids, "<u4").tobytes()
+
+
+def decode_truth(data: bytes, rejects: Counter[str] | None = None) -> Truth | None:
+    """The true positions in ``data``; None, and its reason counted, when malformed."""
+    if fault := fault_in_head(data, _TRUTH.size, (Kind.TRUTH,)):
+        return refused(fault, rejects)
+    _, _, _, count, t_us = _TRUTH.unpack_from(data)
+    if len(data) != _TRUTH.size + 28 * count:
+        return refused("length", rejects)
+    if not 0 <= t_us <= TIME_LIMIT_US:
+        return refused("time", rejects)
+    position = np.frombuffer(data, "<f8", 3 * count, _TRUTH.size).astype(np.float64)
+    if not bool(np.all(np.abs(position) <= POSITION_LIMIT_M)):
+        return refused("position", rejects)
+    ids = np.frombuffer(data, "<u4", count, _TRUTH.size + 24 * count).tolist()
+    if any(a >= b for a, b in zip(ids, ids[1:], strict=False)):
+        return refused("value", rejects)
+    return Truth(t_us, tuple(ids), position.reshape(count, 3))
+
+
+def _packed(form: Struct, kind: Kind, *values: float) -> bytes:
+    try:
+        return form.pack(MAGIC, VERSION, kind, *values)
+    except (error, OverflowError) as fault:
+        raise ValueError(f"{kind.name.lower()}: {fault}") from None
