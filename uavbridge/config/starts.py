@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from planners.types import F64
 from uavbridge.config.tables import MAX_VEHICLES, Agent, Fleet, Point
 
 
-class Member(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Member:
     """One agent of the team, with everything settled."""
 
     id: int
