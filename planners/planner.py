@@ -46,12 +46,24 @@ class PlannerKind:
         return fields(self.params)
 
 
-def param(default: Any, *, unit: str, doc: str) -> Any:
+def param(
+    default: Any,
+    *,
+    unit: str,
+    doc: str,
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
     """A documented field of a parameter dataclass.
 
     Args:
         default: used when the mission file is silent; its type is the parameter's type.
         unit: such as ``"m"``, ``"m/s"`` or ``"1"`` for a bare number.
         doc: one line.
+        low: least value allowed, itself included.
+        high: greatest value allowed, itself included.
+        choices: the words allowed, for a parameter that is a str.
     """
-    return field(default=default, metadata={"unit": unit, "doc": doc})
+    metadata = {"unit": unit, "doc": doc, "low": low, "high": high, "choices": choices}
+    return field(default=default, metadata=metadata)

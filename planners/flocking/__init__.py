@@ -1,0 +1,1 @@
+"""Flocking rules as batched kernels: what neighbours make an agent want."""

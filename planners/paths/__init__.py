@@ -1,0 +1,1 @@
+"""Paths over a grid, as pure geometry."""

@@ -1,0 +1,1 @@
+"""Search planners: one module each, kernels with leading batch axes under thin adapters."""
