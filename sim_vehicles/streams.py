@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from sim_vehicles.codec import mav
 from sim_vehicles.dynamics.model import F64, Bools, Setpoints, States
-from sim_vehicles.geodesy import Geodetic, ned_from_enu, to_geodetic, yaw_ned_from_enu
+from sim_vehicles.geodesy import LocalGeodesy, ned_from_enu, yaw_ned_from_enu
 
 Ints: TypeAlias = npt.NDArray[np.int64]
 Record: TypeAlias = npt.NDArray[Any]
@@ -43,7 +43,10 @@ SENSORS: Final[int] = (
 
 LOW_CHARGE: Final = 0.15  # PX4's BAT_LOW_THR and BAT_CRIT_THR
 CRITICAL_CHARGE: Final = 0.07
+_FORWARD_RIGHT_DOWN: Final = np.array([1.0, 1.0, -1.0])
+_IGNORE_BITS: Final = np.array([1, 2, 4, 8, 16, 32, 64, 128, 256, 1024, 2048])
 _UNKNOWN_U16: Final = 0xFFFF
+_WIRE_GEODETIC: Final = np.array([1e7, 1e7, 1e3])  # 1e-7 degrees, mm
 _UNIX_START_US: Final = 1_767_225_600_000_000  # 2026-01-01: the same for every run
 
 
@@ -73,7 +76,7 @@ class Readings:
     t_us: int
     snapshot: TelemetrySnapshot
     rows: Rows  # which vehicles
-    origin: Geodetic  # of the fleet frame
+    geodesy: LocalGeodesy  # of the fleet frame
     starts: F64  # (n, 3) ENU m: where each vehicle's own local frame is zero
     homes: F64  # (n, 3) ENU m
 
@@ -102,6 +105,12 @@ class Readings:
         """Yaw (k,) from north, clockwise, -pi..pi."""
         return yaw_ned_from_enu(self.snapshot.states.yaw[self.rows])
 
+    @property
+    def rates(self) -> F64:
+        """Body rates (k, 3), rad/s about forward, right, down."""
+        rates: F64 = self.snapshot.states.rates[self.rows] * _FORWARD_RIGHT_DOWN
+        return rates
+
     @cached_property
     def heading_cdeg(self) -> F64:
         """Heading (k,) in hundredths of a degree, 0..35999."""
@@ -110,7 +119,12 @@ class Readings:
     @cached_property
     def geodetic(self) -> F64:
         """Position (k, 3): latitude and longitude in 1e-7 degrees, altitude in mm, whole."""
-        return wire_geodetic(self.snapshot.states.position[self.rows], self.origin)
+        return self.wire_geodetic(self.snapshot.states.position[self.rows])
+
+    def wire_geodetic(self, enu: F64) -> F64:
+        """Latitude and longitude in 1e-7 degrees, altitude in mm (k, 3) of ENU m (k, 3)."""
+        places: F64 = np.rint(self.geodesy.to_geodetic(enu) * _WIRE_GEODETIC)
+        return places
 
     @cached_property
     def charge(self) -> F64:
@@ -119,12 +133,6 @@ class Readings:
 
 
 Fill: TypeAlias = Callable[[Record, Readings], None]
-
-
-def wire_geodetic(enu: F64, origin: Geodetic) -> F64:
-    """Latitude and longitude in 1e-7 degrees and altitude in mm (k, 3) of ENU metres (k, 3)."""
-    latitude, longitude, altitude = to_geodetic(enu, origin)
-    return np.rint(np.stack([latitude * 1e7, longitude * 1e7, altitude * 1e3], axis=-1))
 
 
 def _heartbeat(out: Record, now: Readings) -> None:
@@ -141,13 +149,11 @@ def _heartbeat(out: Record, now: Readings) -> None:
 def _attitude(out: Record, now: Readings) -> None:
     states, rows = now.snapshot.states, now.rows
     out["time_boot_ms"] = now.boot_ms
-    out["roll"] = states.roll[rows]
-    out["pitch"] = states.pitch[rows]
-    out["yaw"] = now.yaw
-    rates = states.rates[rows]
-    out["rollspeed"] = rates[:, 0]
-    out["pitchspeed"] = rates[:, 1]
-    out["yawspeed"] = -rates[:, 2]
+    values = out["roll:yawspeed"]
+    values[:, 0] = states.roll[rows]
+    values[:, 1] = states.pitch[rows]
+    values[:, 2] = now.yaw
+    values[:, 3:] = now.rates
 
 
 def _attitude_quaternion(out: Record, now: Readings) -> None:
@@ -155,42 +161,35 @@ def _attitude_quaternion(out: Record, now: Readings) -> None:
     halves = (states.roll[rows] / 2, states.pitch[rows] / 2, now.yaw / 2)
     (cr, cp, cy), (sr, sp, sy) = map(np.cos, halves), map(np.sin, halves)
     out["time_boot_ms"] = now.boot_ms
-    out["q1"] = cr * cp * cy + sr * sp * sy
-    out["q2"] = sr * cp * cy - cr * sp * sy
-    out["q3"] = cr * sp * cy + sr * cp * sy
-    out["q4"] = cr * cp * sy - sr * sp * cy
-    rates = states.rates[rows]
-    out["rollspeed"] = rates[:, 0]
-    out["pitchspeed"] = rates[:, 1]
-    out["yawspeed"] = -rates[:, 2]
+    values = out["q1:yawspeed"]
+    values[:, 0] = cr * cp * cy + sr * sp * sy
+    values[:, 1] = sr * cp * cy - cr * sp * sy
+    values[:, 2] = cr * sp * cy + sr * cp * sy
+    values[:, 3] = cr * cp * sy - sr * sp * cy
+    values[:, 4:] = now.rates
 
 
 def _local_position(out: Record, now: Readings) -> None:
     out["time_boot_ms"] = now.boot_ms
-    for axis, (place, speed) in enumerate((("x", "vx"), ("y", "vy"), ("z", "vz"))):
-        out[place] = now.local[:, axis]
-        out[speed] = now.velocity[:, axis]
+    values = out["x:vz"]
+    values[:, :3] = now.local
+    values[:, 3:] = now.velocity
 
 
 def _global_position(out: Record, now: Readings) -> None:
     out["time_boot_ms"] = now.boot_ms
-    out["lat"] = now.geodetic[:, 0]
-    out["lon"] = now.geodetic[:, 1]
-    out["alt"] = now.geodetic[:, 2]
+    places = out["lat:relative_alt"]
+    places[:, :3] = now.geodetic
     heights = now.snapshot.states.position[now.rows, 2] - now.homes[now.rows, 2]
-    out["relative_alt"] = np.rint(heights * 1e3)
-    velocity = np.rint(now.velocity * 100)
-    for axis, name in enumerate(("vx", "vy", "vz")):
-        out[name] = velocity[:, axis]
+    places[:, 3] = np.rint(heights * 1e3)
+    out["vx:vz"] = np.rint(now.velocity * 100)
     out["hdg"] = now.heading_cdeg
 
 
 def _gps_raw(out: Record, now: Readings) -> None:
     out["time_usec"] = now.t_us
     out["fix_type"] = mav.GPS_FIX_TYPE_3D_FIX
-    out["lat"] = now.geodetic[:, 0]
-    out["lon"] = now.geodetic[:, 1]
-    out["alt"] = now.geodetic[:, 2]
+    out["lat:alt"] = now.geodetic
     out["alt_ellipsoid"] = now.geodetic[:, 2]
     out["eph"] = 70  # dilution of precision, in hundredths
     out["epv"] = 100
@@ -262,20 +261,16 @@ def _altitude(out: Record, now: Readings) -> None:
 
 
 def _home(out: Record, now: Readings) -> None:
-    place = wire_geodetic(now.homes[now.rows], now.origin)
-    local = ned_from_enu(now.homes[now.rows] - now.starts[now.rows])
+    homes = now.homes[now.rows]
     out["time_usec"] = now.t_us
-    for axis, names in enumerate((("latitude", "x"), ("longitude", "y"), ("altitude", "z"))):
-        out[names[0]] = place[:, axis]
-        out[names[1]] = local[:, axis]
+    out["latitude:altitude"] = now.wire_geodetic(homes)
+    out["x:z"] = ned_from_enu(homes - now.starts[now.rows])
     out["q"][:, 0] = 1.0
 
 
 def _global_origin(out: Record, now: Readings) -> None:
-    place = wire_geodetic(now.starts[now.rows], now.origin)
     out["time_usec"] = now.t_us
-    for axis, name in enumerate(("latitude", "longitude", "altitude")):
-        out[name] = place[:, axis]
+    out["latitude:altitude"] = now.wire_geodetic(now.starts[now.rows])
 
 
 def _mission_current(out: Record, now: Readings) -> None:
@@ -285,22 +280,15 @@ def _mission_current(out: Record, now: Readings) -> None:
 
 def _position_target(out: Record, now: Readings) -> None:
     asked, rows = now.snapshot.setpoints, now.rows
-    position = ned_from_enu(asked.position[rows] - now.starts[rows])
-    velocity = ned_from_enu(asked.velocity[rows])
-    yaw = yaw_ned_from_enu(asked.yaw[rows])
-    yaw_rate = -asked.yaw_rate[rows]
+    values = np.full((len(out), 11), np.nan)  # accelerations are never asked for
+    values[:, :3] = ned_from_enu(asked.position[rows] - now.starts[rows])
+    values[:, 3:6] = ned_from_enu(asked.velocity[rows])
+    values[:, 9] = yaw_ned_from_enu(asked.yaw[rows])
+    values[:, 10] = -asked.yaw_rate[rows]
     out["time_boot_ms"] = now.boot_ms
+    out["x:yaw_rate"] = values
     out["coordinate_frame"] = mav.MAV_FRAME_LOCAL_NED
-    for axis, (place, speed) in enumerate((("x", "vx"), ("y", "vy"), ("z", "vz"))):
-        out[place] = position[:, axis]
-        out[speed] = velocity[:, axis]
-    for name in ("afx", "afy", "afz"):
-        out[name] = np.nan
-    out["yaw"] = yaw
-    out["yaw_rate"] = yaw_rate
-    ignored = np.column_stack([position, velocity, np.full_like(position, np.nan), yaw, yaw_rate])
-    bits = np.array([1, 2, 4, 8, 16, 32, 64, 128, 256, 1024, 2048])
-    out["type_mask"] = np.isnan(ignored) @ bits
+    out["type_mask"] = np.isnan(values) @ _IGNORE_BITS
 
 
 FILLS: Final[dict[str, Fill]] = {

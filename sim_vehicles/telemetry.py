@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 
-from sim_vehicles.codec import BatchPacker, Encoder, Frames, join
+from sim_vehicles.codec import BatchPacker, Encoder, mav
 from sim_vehicles.dynamics.model import F64
-from sim_vehicles.geodesy import Geodetic
-from sim_vehicles.streams import FILLS, Fill, Ints, Readings, TelemetrySnapshot
+from sim_vehicles.geodesy import Geodetic, LocalGeodesy
+from sim_vehicles.streams import FILLS, Ints, Readings, TelemetrySnapshot
 
 __all__ = ["DEFAULT_INTERVALS_US", "Telemetry", "TelemetrySnapshot"]
 
@@ -31,25 +31,32 @@ DEFAULT_INTERVALS_US: Final[dict[str, int]] = {
 """Sent unasked, microseconds of simulated time between two."""
 
 _OFF: Final = -1
-_NEVER: Final = np.iinfo(np.int64).max
+_NAMES: Final = {getattr(mav, f"MAVLINK_MSG_ID_{name}"): name for name in FILLS}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
+class _Rate:
+    """The vehicles that send one message at one interval, all at the same moments."""
+
+    members: set[int]
+    next_us: int = 0
+    rows: Ints | None = None  # members in order, made when needed
+
+
+@dataclass(slots=True)
 class _Stream:
-    """One message that can be streamed."""
+    """One message: who sends it how often."""
 
-    msgid: int
     name: str
-    fill: Fill
-    packer: BatchPacker
-    default_us: int  # _OFF: not sent unasked
+    intervals_us: list[int]  # of each vehicle, _OFF: not sent
+    rates: dict[int, _Rate] = field(default_factory=dict)  # interval -> senders
 
 
 class Telemetry:
     """Builds the due messages of n vehicles.
 
-    Streams of one rate are due at the same moments for all vehicles (multiples of their
-    interval), so that they are packed together.
+    Streams of one interval are due at the same moments for all vehicles (its multiples), so
+    that they are packed together.
 
     Args:
         systems: (n,) system id of each vehicle, 1..255; ids may repeat.
@@ -71,97 +78,103 @@ class Telemetry:
         )
         self.homes = np.array(homes, dtype=np.float64).reshape(n, 3)
         self._starts = self.homes.copy()
-        self._origin = origin
+        self._geodesy = LocalGeodesy(origin)
         self._systems = np.array(systems, dtype=np.uint8)
         self._sequences = np.frombuffer(numbers, dtype=np.uint8)  # the encoders' own bytes
-        self._streams = tuple(_stream(name, fill) for name, fill in FILLS.items())
-        self._columns = {stream.msgid: j for j, stream in enumerate(self._streams)}
-        defaults = np.array([stream.default_us for stream in self._streams], dtype=np.int64)
-        self._intervals = np.tile(defaults, (n, 1))  # (n, streams) us
-        self._due = np.where(self._intervals > 0, 0, _NEVER)  # (n, streams) us
-        self._soonest = self._due.min(axis=0, initial=_NEVER).tolist()
+        self._streams = {msgid: _stream(name, n) for msgid, name in _NAMES.items()}
+        self._packers: dict[tuple[str, ...], BatchPacker] = {}
 
     def set_interval(self, index: int, message_id: int, interval_us: int) -> bool:
-        """Stream a message of vehicle ``index`` every ``interval_us``, from the next build on.
+        """Stream a message of vehicle ``index`` every ``interval_us``, in step with the others.
 
-        0 means its default rate, -1 off. False if the message is none that can be streamed.
+        0 means its default rate, below 0 off. False if it is no message that can be streamed.
         """
-        column = self._columns.get(message_id)
-        if column is None:
+        stream = self._streams.get(message_id)
+        if stream is None:
             return False
         if interval_us == 0:
-            interval_us = self._streams[column].default_us
-        self._intervals[index, column] = interval_us if interval_us > 0 else _OFF
-        self._due[index, column] = 0 if interval_us > 0 else _NEVER
-        self._soonest[column] = int(self._due[:, column].min())
+            interval_us = DEFAULT_INTERVALS_US.get(stream.name, _OFF)
+        before = stream.intervals_us[index]
+        stream.intervals_us[index] = interval_us = max(interval_us, _OFF)
+        if before != _OFF:
+            rate = stream.rates[before]
+            rate.members.discard(index)
+            rate.rows = None
+            if not rate.members:
+                del stream.rates[before]
+        if interval_us != _OFF:
+            rate = stream.rates.setdefault(interval_us, _Rate(set()))
+            rate.members.add(index)
+            rate.rows = None
         return True
 
     def interval(self, index: int, message_id: int) -> int:
         """What MESSAGE_INTERVAL says: us between two, -1 switched off, 0 not available."""
-        column = self._columns.get(message_id)
-        return 0 if column is None else int(self._intervals[index, column])
+        stream = self._streams.get(message_id)
+        return 0 if stream is None else stream.intervals_us[index]
 
     def one(
         self, index: int, message_name: str, t_us: int, snapshot: TelemetrySnapshot
     ) -> bytes | None:
         """One message of vehicle ``index`` now; None if it is none of those known here."""
-        for stream in self._streams:
-            if stream.name == message_name:
-                rows = np.array([index])
-                return self._frames(stream, self._readings(t_us, snapshot, rows), rows).split()[0]
-        return None
+        if message_name not in FILLS:
+            return None
+        return self._pack((message_name,), np.array([index]), t_us, snapshot)[0]
 
     def build(self, t_us: int, snapshot: TelemetrySnapshot) -> list[tuple[int, bytes]]:
-        """Everything due up to ``t_us``: (vehicle index, datagram), at most one a vehicle."""
-        due = [j for j, soonest in enumerate(self._soonest) if soonest <= t_us]
-        if not due:
-            return []
-        n = len(self._systems)
-        everyone = self._readings(t_us, snapshot, slice(None))
-        whole: list[Frames] = []
-        some: dict[int, list[bytes]] = {}
-        for column in due:
-            stream = self._streams[column]
-            rows = self._take_due(column, t_us)
-            if len(rows) == n:
-                whole.append(self._frames(stream, everyone, slice(None)))
-                continue
-            few = self._readings(t_us, snapshot, rows)
-            frames = self._frames(stream, few, rows).split()
-            for index, frame in zip(rows.tolist(), frames, strict=True):
-                some.setdefault(index, []).append(frame)
-        return _datagrams(join(whole), some)
+        """Everything due up to ``t_us``: (vehicle index, datagram), at most one a vehicle.
 
-    def _take_due(self, column: int, t_us: int) -> Ints:
-        """Indices of the vehicles that send this stream now; sets when they send it next."""
-        due = self._due[:, column]
-        rows = np.flatnonzero(due <= t_us)
-        intervals = self._intervals[rows, column]
-        due[rows] = (t_us // intervals + 1) * intervals
-        self._soonest[column] = int(due.min())
-        return rows
+        Sorted by index. Times must not go back.
+        """
+        everyone: list[str] = []
+        others: dict[bytes, tuple[Ints, list[str]]] = {}
+        for stream in self._streams.values():
+            for interval_us, rate in stream.rates.items():
+                if rate.next_us > t_us:
+                    continue
+                rate.next_us = (t_us // interval_us + 1) * interval_us
+                if len(rate.members) == len(self._systems):
+                    everyone.append(stream.name)
+                    continue
+                if rate.rows is None:
+                    rate.rows = np.array(sorted(rate.members), dtype=np.int64)
+                others.setdefault(rate.rows.tobytes(), (rate.rows, []))[1].append(stream.name)
+        parts: list[tuple[int, bytes]] = []
+        if everyone:
+            parts = list(enumerate(self._pack(tuple(everyone), slice(None), t_us, snapshot)))
+        for rows, names in others.values():
+            frames = self._pack(tuple(names), rows, t_us, snapshot)
+            parts.extend(zip(rows.tolist(), frames, strict=True))
+        return _merged(parts) if others else parts
 
-    def _readings(self, t_us: int, snapshot: TelemetrySnapshot, rows: slice | Ints) -> Readings:
-        return Readings(t_us, snapshot, rows, self._origin, self._starts, self.homes)
-
-    def _frames(self, stream: _Stream, now: Readings, rows: slice | Ints) -> Frames:
+    def _pack(
+        self, names: tuple[str, ...], rows: slice | Ints, t_us: int, snapshot: TelemetrySnapshot
+    ) -> list[bytes]:
+        """The named messages of some vehicles, one datagram each."""
+        packer = self._packers.get(names)
+        if packer is None:
+            packer = self._packers[names] = BatchPacker(*names)
+        now = Readings(t_us, snapshot, rows, self._geodesy, self._starts, self.homes)
         systems = self._systems[rows]
-        records = stream.packer.records(len(systems))
-        stream.fill(records, now)
-        frames = stream.packer.frames(records, systems, self._sequences[rows])
-        self._sequences[rows] += 1  # wraps at 256
-        return frames
+        records = packer.records(len(systems))
+        for name in names:
+            FILLS[name](records[name], now)
+        datagrams = packer.pack(records, systems, self._sequences[rows])
+        self._sequences[rows] += len(names)  # wraps at 256
+        return datagrams
 
 
-def _datagrams(whole: list[bytes], some: dict[int, list[bytes]]) -> list[tuple[int, bytes]]:
-    """Join what all vehicles send with what only some send."""
-    if not whole:
-        return [(index, b"".join(frames)) for index, frames in sorted(some.items())]
-    for index, frames in some.items():
-        whole[index] += b"".join(frames)
-    return list(enumerate(whole))
+def _merged(parts: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
+    """One datagram a vehicle of several parts."""
+    joined: dict[int, bytes] = {}
+    for index, data in parts:
+        joined[index] = joined[index] + data if index in joined else data
+    return sorted(joined.items())
 
 
-def _stream(name: str, fill: Fill) -> _Stream:
-    packer = BatchPacker(name)
-    return _Stream(packer.msgid, name, fill, packer, DEFAULT_INTERVALS_US.get(name, _OFF))
+def _stream(name: str, n: int) -> _Stream:
+    interval_us = DEFAULT_INTERVALS_US.get(name, _OFF)
+    stream = _Stream(name, [interval_us] * n)
+    if interval_us != _OFF and n:
+        stream.rates[interval_us] = _Rate(set(range(n)))
+    return stream

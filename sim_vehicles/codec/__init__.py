@@ -7,7 +7,7 @@ several times faster.
 
 from __future__ import annotations
 
-from sim_vehicles.codec.batch import BatchPacker, Frames, join
+from sim_vehicles.codec.batch import BatchPacker
 from sim_vehicles.codec.decode import Counts, Packet, StreamDecoder, decode
 from sim_vehicles.codec.encode import Encoder
 from sim_vehicles.codec.tables import mav
@@ -16,10 +16,8 @@ __all__ = [
     "BatchPacker",
     "Counts",
     "Encoder",
-    "Frames",
     "Packet",
     "StreamDecoder",
     "decode",
-    "join",
     "mav",
 ]

@@ -1,22 +1,21 @@
-"""One message type for many senders in a few numpy operations.
+"""The same messages from many senders, packed in a few numpy operations.
 
-Worth it from about ten senders on; for one, ``Encoder`` is quicker.
+Worth it from a handful of senders on; for one frame, ``Encoder`` is quicker.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from itertools import groupby
 from typing import Any, Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 from fastcrc import crc16
 
-from sim_vehicles.codec.tables import BY_NAME, Field
+from sim_vehicles.codec.tables import BY_NAME, Field, Layout
 
 U8: TypeAlias = npt.NDArray[np.uint8]
-I64: TypeAlias = npt.NDArray[np.int64]
+Records: TypeAlias = npt.NDArray[Any]
 
 _crc = crc16.mcrf4xx
 _HEAD: Final = 10  # bytes before the payload
@@ -36,92 +35,104 @@ _NUMPY: Final = {
 }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Frames:
-    """Frames of one message, one a row; a row's bytes after its length mean nothing."""
-
-    data: U8  # (n, longest)
-    lengths: I64  # (n,) bytes of each frame
-
-    def split(self) -> list[bytes]:
-        """Each row as bytes."""
-        return join((self,))
-
-
 class BatchPacker:
-    """Packs message ``name`` for n senders, byte for byte as ``Encoder`` does.
+    """Packs one or more messages for n senders, byte for byte as ``Encoder`` does.
 
-    Attributes:
-        dtype: numpy record of the payload, fields under pymavlink's names.
+    Args:
+        names: messages, in the order in which each sender sends them.
+        component: component id of all senders.
     """
 
-    def __init__(self, name: str, component: int = 1) -> None:
-        layout = BY_NAME[name]
-        self.name = name
-        self.msgid = layout.msgid
-        self.dtype = np.dtype([_numpy_field(field) for field in layout.fields])
-        self._payload = self.dtype.itemsize
-        self._header = np.zeros(_HEAD, dtype=np.uint8)
-        self._header[0] = 0xFD
-        self._header[6] = component
-        self._header[7:10] = np.frombuffer(layout.msgid.to_bytes(3, "little"), dtype=np.uint8)
-        self._extra = layout.crc_extra[0]
-        self._columns = np.arange(1, self._payload + 1, dtype=np.uint8)
-
-    def records(self, n: int) -> npt.NDArray[Any]:
-        """Payloads of zeros, (n,) of ``dtype``, to be filled by field name."""
-        return np.zeros(n, dtype=self.dtype)
-
-    def frames(self, records: npt.NDArray[Any], systems: U8, sequences: U8) -> Frames:
-        """Frames of ``records`` (n,) from ``systems`` (n,), numbered ``sequences`` (n,)."""
-        n = len(records)
-        size = self._payload
-        data = np.empty((n, _HEAD + size + _TAIL), dtype=np.uint8)
-        data[:, :_HEAD] = self._header
-        payload = records.view(np.uint8).reshape(n, size)
-        data[:, _HEAD : _HEAD + size] = payload
-        data[:, 4] = sequences
-        data[:, 5] = systems
-        lengths = np.maximum((self._columns * (payload != 0)).max(axis=1), 1)
-        data[:, 1] = lengths
-        ends = lengths.astype(np.int64) + _HEAD
-        rows = np.arange(n)
-        data[rows, ends] = self._extra  # the checksum covers it, then takes its place
-        wide = data.tobytes()
-        starts = rows * data.shape[1]
-        checks = np.array(
-            [
-                _crc(wide[start:end])
-                for start, end in zip(
-                    (starts + 1).tolist(), (starts + ends + 1).tolist(), strict=True
-                )
-            ],
-            dtype=np.uint16,
+    def __init__(self, *names: str, component: int = 1) -> None:
+        layouts = [BY_NAME[name] for name in names]
+        widths = [_HEAD + layout.struct.size + _TAIL for layout in layouts]
+        self._starts = np.cumsum([0, *widths[:-1]])
+        self._width = sum(widths)
+        self._extras = np.array([layout.crc_extra[0] for layout in layouts], dtype=np.uint8)
+        self._template = np.zeros(self._width, dtype=np.uint8)
+        self._places = np.zeros(self._width, dtype=np.uint8)  # 1, 2, 3.. along each payload
+        for start, layout in zip(self._starts.tolist(), layouts, strict=True):
+            head = [0xFD, 0, 0, 0, 0, 0, component, *layout.msgid.to_bytes(3, "little")]
+            body = start + _HEAD
+            self._template[start:body] = head
+            self._places[body : body + layout.struct.size] = range(1, layout.struct.size + 1)
+        self._dtype = np.dtype(
+            {
+                "names": names,
+                "formats": [_payload(layout) for layout in layouts],
+                "offsets": (self._starts + _HEAD).tolist(),
+                "itemsize": self._width,
+            }
         )
-        data[rows, ends] = checks & 0xFF
-        data[rows, ends + 1] = checks >> 8
-        return Frames(data, ends + _TAIL)
 
-    def pack(self, records: npt.NDArray[Any], systems: U8, sequences: U8) -> list[bytes]:
-        """As ``frames``, each frame as bytes."""
-        return self.frames(records, systems, sequences).split()
+    def records(self, n: int) -> Records:
+        """Payloads of zeros (n,), to be filled: ``records["ATTITUDE"]["roll"] = ...``.
+
+        Neighbouring fields of one kind can be filled together, as columns:
+        ``records["ATTITUDE"]["roll:yawspeed"]`` is (n, 6). The array must be handed to
+        ``pack`` itself, not a copy: it holds more than its fields.
+        """
+        data = np.empty((n, self._width), dtype=np.uint8)
+        data[:] = self._template
+        records: Records = data.view(self._dtype).reshape(n)
+        return records
+
+    def pack(self, records: Records, systems: U8, sequences: U8) -> list[bytes]:
+        """Each sender's frames one after the other.
+
+        Args:
+            records: from ``records``, filled.
+            systems: (n,) system ids.
+            sequences: (n,) number of each sender's first frame; the next frames count on.
+        """
+        n, k = len(records), len(self._starts)
+        data = records.view(np.uint8).reshape(n, self._width)
+        used = (data != 0) * self._places
+        lengths = np.maximum(np.maximum.reduceat(used, self._starts, axis=1), 1)  # (n, k)
+        data[:, self._starts + 1] = lengths
+        data[:, self._starts + 4] = sequences[:, np.newaxis] + np.arange(k, dtype=np.uint8)
+        data[:, self._starts + 5] = systems[:, np.newaxis]
+        begins = np.arange(0, n * self._width, self._width)[:, np.newaxis] + self._starts
+        ends = begins + lengths + _HEAD
+        flat = data.reshape(-1)
+        flat[ends] = self._extras  # the checksum covers it, then takes its place
+        wide = flat.tobytes()
+        frames = [
+            wide[begin:end] + _crc(wide[begin + 1 : end + 1]).to_bytes(2, "little")
+            for begin, end in zip(begins.ravel().tolist(), ends.ravel().tolist(), strict=True)
+        ]
+        if k == 1:
+            return frames
+        return [b"".join(frames[i : i + k]) for i in range(0, n * k, k)]
 
 
-def join(batches: Sequence[Frames]) -> list[bytes]:
-    """Each sender's frames one after the other: row i of all batches, for every i."""
-    if not batches:
-        return []
-    data = np.hstack([batch.data for batch in batches])
-    inside = np.hstack(
-        [np.arange(batch.data.shape[1]) < batch.lengths[:, np.newaxis] for batch in batches]
+def _payload(layout: Layout) -> np.dtype[Any]:
+    """The payload as a numpy record: its fields, and runs of fields of one kind."""
+    names: list[str] = []
+    formats: list[Any] = []
+    offsets: list[int] = []
+
+    def add(name: str, kind: Any, offset: int) -> None:
+        names.append(name)
+        formats.append(kind)
+        offsets.append(offset)
+
+    offset = 0
+    for (code, single), group in groupby(layout.fields, key=lambda f: (f.code, not f.count)):
+        run = list(group)
+        if single and len(run) > 1:
+            add(f"{run[0].name}:{run[-1].name}", (_NUMPY[code], (len(run),)), offset)
+        for field in run:
+            kind = _kind(field)
+            add(field.name, kind, offset)
+            offset += kind.itemsize
+    return np.dtype(
+        {"names": names, "formats": formats, "offsets": offsets, "itemsize": layout.struct.size}
     )
-    packed = data[inside].tobytes()
-    ends = np.cumsum(sum(batch.lengths for batch in batches)).tolist()
-    return [packed[start:end] for start, end in zip([0, *ends[:-1]], ends, strict=True)]
 
 
-def _numpy_field(field: Field) -> tuple[str, str] | tuple[str, str, tuple[int]]:
+def _kind(field: Field) -> np.dtype[Any]:
     if field.code == "s":
-        return field.name, f"S{field.count}"
+        return np.dtype(f"S{field.count}")
     kind = _NUMPY[field.code]
-    return (field.name, kind, (field.count,)) if field.count else (field.name, kind)
+    return np.dtype((kind, (field.count,))) if field.count else np.dtype(kind)
