@@ -7,8 +7,10 @@ from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from planners.planner import PlannerKind
+from planners.registry import Parameter, describe
 
 
 def as_data(planners: Mapping[str, PlannerKind]) -> list[dict[str, Any]]:
@@ -17,37 +19,40 @@ def as_data(planners: Mapping[str, PlannerKind]) -> list[dict[str, Any]]:
         {
             "name": kind.name,
             "summary": kind.summary,
-            "parameters": [
-                {
-                    "name": parameter.name,
-                    "type": type(parameter.default).__name__,
-                    "unit": parameter.metadata["unit"],
-                    "default": parameter.default,
-                    "doc": parameter.metadata["doc"],
-                }
-                for parameter in kind.parameters()
-            ],
+            "parameters": [_described(parameter) for parameter in describe(kind)],
         }
         for kind in planners.values()
     ]
 
 
+def _described(parameter: Parameter) -> dict[str, Any]:
+    return {
+        "name": parameter.name,
+        "type": parameter.kind.__name__,
+        "unit": parameter.unit,
+        "default": parameter.default,
+        "allowed": parameter.allowed,
+        "doc": parameter.doc,
+    }
+
+
 def show(planners: Mapping[str, PlannerKind]) -> None:
     """A table a planner on standard output."""
-    console = Console(soft_wrap=False)
+    console = Console(markup=False, highlight=False)
     for planner in as_data(planners):
-        console.print(f"[bold]{planner['name']}[/bold]  {planner['summary']}", highlight=False)
+        console.print(Text.assemble((planner["name"], "bold"), "  ", planner["summary"]))
         if planner["parameters"]:
             console.print(_parameters(planner["parameters"]))
         console.print()
 
 
 def _parameters(parameters: list[dict[str, Any]]) -> Table:
-    table = Table(box=None, padding=(0, 2, 0, 2), header_style="dim")
-    for heading in ("parameter", "default", "unit", "meaning"):
-        table.add_column(heading, overflow="fold")
+    table = Table(box=None, padding=(0, 1, 0, 2), header_style="dim")
+    for heading in ("parameter", "default", "unit"):
+        table.add_column(heading, no_wrap=True)
+    table.add_column("meaning", overflow="fold")
     for parameter in parameters:
-        table.add_row(
-            parameter["name"], str(parameter["default"]), parameter["unit"], parameter["doc"]
-        )
+        allowed = f" ({parameter['allowed']})" if parameter["allowed"] else ""
+        cells = (parameter["name"], parameter["default"], parameter["unit"])
+        table.add_row(*map(str, cells), f"{parameter['doc']}{allowed}")
     return table

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from planners.planner import PlannerKind
+from uavbridge import plugins
 from uavbridge.config import rules
 from uavbridge.config.convert import convert
 from uavbridge.config.field_error import FieldError, dotted, line_of
@@ -57,7 +58,7 @@ def parse(
     try:
         _override(data, given)
         mission = convert(data)
-        rules.check(mission, _installed() if planners is None else planners)
+        rules.check(mission, plugins.planners() if planners is None else planners)
     except FieldError as error:
         raise ConfigError(_located(error, text, name, given)) from None
     return mission
@@ -73,18 +74,10 @@ def override(mission: Mission, changes: Mapping[str, object]) -> Mission:
     try:
         _override(data, changes)
         changed = convert(data)
-        rules.check(changed, _installed())
+        rules.check(changed, plugins.planners())
     except FieldError as error:
         raise ConfigError(f"{dotted(error.path)}: {error}") from None
     return changed
-
-
-def _installed() -> Mapping[str, PlannerKind] | None:
-    try:
-        from uavbridge import plugins
-    except ModuleNotFoundError:  # TEMPORARY: until planners.registry is there
-        return None
-    return plugins.planners()
 
 
 def _read(path: Path) -> str:

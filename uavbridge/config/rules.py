@@ -10,6 +10,7 @@ from typing import Any
 
 from planners.belief.merge import MERGE_RULES
 from planners.planner import PlannerKind
+from planners.registry import bind, describe
 from uavbridge.config.field_error import FieldError, KeyPath
 from uavbridge.config.mission import Mission
 from uavbridge.config.starts import Member
@@ -20,7 +21,7 @@ _PARAMETER_NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}")
 _LAST_PORT = 65535
 
 
-def check(mission: Mission, planners: Mapping[str, PlannerKind] | None) -> None:
+def check(mission: Mission, planners: Mapping[str, PlannerKind]) -> None:
     """Hold a mission against all rules.
 
     Raises:
@@ -36,8 +37,7 @@ def check(mission: Mission, planners: Mapping[str, PlannerKind] | None) -> None:
     _endpoints(mission)
     _simulation(mission)
     _known(("belief", "merge"), "merge rule", mission.belief.merge, MERGE_RULES)
-    if planners is not None:
-        _planner(mission, planners)
+    _planner(mission, planners)
 
 
 def _numbers(value: Any, path: KeyPath) -> None:
@@ -165,10 +165,18 @@ def _known(path: KeyPath, noun: str, name: str, known: Mapping[str, object]) -> 
 
 
 def _planner(mission: Mission, planners: Mapping[str, PlannerKind]) -> None:
-    from planners.registry import bind
-
     _known(("planner",), "planner", mission.planner, planners)
+    kind = planners[mission.planner]
+    known = {parameter.name: parameter for parameter in describe(kind)}
+    for name, value in mission.parameters.items():
+        path = ("parameters", name)
+        _known(path, f"parameter of planner {kind.name}", name, known)
+        _bind(path, kind, mission, {name: value})
+    _bind(("parameters",), kind, mission, mission.parameters)
+
+
+def _bind(path: KeyPath, kind: PlannerKind, mission: Mission, values: dict[str, Any]) -> None:
     try:
-        bind(planners[mission.planner], mission.scenario(), mission.parameters)
+        bind(kind, mission.scenario(), values)
     except ValueError as error:
-        raise FieldError(("parameters",), str(error)) from None
+        raise FieldError(path, str(error)) from None
