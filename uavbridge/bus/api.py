@@ -56,8 +56,9 @@ class Bus(Protocol):
         ...
 
     def watch(self, pattern: str) -> Mailbox:
-        """Liveliness tokens: a sample ``b"1"`` for each that is there or comes, ``b""`` when one
-        is gone.
+        """Collect the comings and goings of liveliness tokens.
+
+        A sample ``b"1"`` for each that is there or comes, ``b""`` for each that is gone.
         """
         ...
 

@@ -11,8 +11,10 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import TypeAlias
 
-Tile = tuple[int, int]
+Tile: TypeAlias = tuple[int, int]
+TilePattern: TypeAlias = tuple[int | str, int | str]  # with "*" for any
 
 TRUTH = "world/truth"
 EVERYONE = "all"
@@ -82,12 +84,12 @@ def agent_of(key: str) -> int | None:
     return int(last) if last.isascii() and last.isdigit() else None
 
 
-def air(tile: Tile, agent: int | str) -> str:
+def air(tile: TilePattern, agent: int | str) -> str:
     """Frames of one agent (or ``*``) sent from a tile."""
     return f"air/{tile[0]}/{tile[1]}/{agent}"
 
 
-def safety(tile: Tile, agent: int | str) -> str:
+def safety(tile: TilePattern, agent: int | str) -> str:
     """Position beacons of one agent (or ``*``) sent from a tile."""
     return f"safety/{tile[0]}/{tile[1]}/{agent}"
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Self
 
 from uavbridge.bus.api import Sample
+from uavbridge.bus.matching import check, intersects
 from uavbridge.errors import BusError
 
 Answer = Callable[[str], bytes | None]

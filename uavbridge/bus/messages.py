@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from itertools import pairwise
 from struct import Struct, error
 
 import numpy as np
@@ -16,11 +17,13 @@ import numpy.typing as npt
 from uavbridge.bus.wire import (
     MAGIC,
     POSITION_LIMIT_M,
-    TIME_LIMIT_US,
     VERSION,
     Kind,
-    fault_in_head,
-    refused,
+    MalformedError,
+    accepted,
+    check_head,
+    check_length,
+    check_time,
 )
 
 CELL_COUNT_LIMIT = 1 << 24
@@ -97,34 +100,7 @@ def encode_map(full: FullMap) -> bytes:
 
 def decode_map(data: bytes, rejects: Counter[str] | None = None) -> FullMap | None:
     """The map in ``data``; None, and its reason counted, when malformed."""
-    if fault := fault_in_head(data, _FULL_MAP.size, (Kind.FULL_MAP,)):
-        return refused(fault, rejects)
-    _, _, _, agent, t_us, columns, rows, west_m, south_m, cell_m = _FULL_MAP.unpack_from(data)
-    count = columns * rows
-    if not 0 < count <= CELL_COUNT_LIMIT:
-        return refused("size", rejects)
-    if len(data) != _FULL_MAP.size + 12 * count:
-        return refused("length", rejects)
-    if not 0 <= t_us <= TIME_LIMIT_US:
-        return refused("time", rejects)
-    if not (abs(west_m) <= POSITION_LIMIT_M and abs(south_m) <= POSITION_LIMIT_M):
-        return refused("position", rejects)
-    stamp_us = np.frombuffer(data, "<i8", count, _FULL_MAP.size)
-    probability = np.frombuffer(data, "<f4", count, _FULL_MAP.size + 8 * count)
-    sound = 0 < cell_m <= POSITION_LIMIT_M and bool(
-        np.all((probability >= 0) & (probability <= 1)) and np.all(stamp_us >= NEVER)
-    )
-    if not sound:
-        return refused("value", rejects)
-    return FullMap(
-        agent,
-        t_us,
-        west_m,
-        south_m,
-        cell_m,
-        probability.astype(np.float64).reshape(columns, rows),
-        stamp_us.astype(np.int64).reshape(columns, rows),
-    )
+    return accepted(_map, data, rejects)
 
 
 def encode_readings(readings: Readings) -> bytes:
@@ -138,17 +114,7 @@ def encode_readings(readings: Readings) -> bytes:
 
 def decode_readings(data: bytes, rejects: Counter[str] | None = None) -> Readings | None:
     """The readings in ``data``; None, and its reason counted, when malformed."""
-    if fault := fault_in_head(data, _READINGS.size, (Kind.READINGS,)):
-        return refused(fault, rejects)
-    _, _, _, count, t_us = _READINGS.unpack_from(data)
-    if len(data) != _READINGS.size + count * _READING.size:
-        return refused("length", rejects)
-    if not 0 <= t_us <= TIME_LIMIT_US:
-        return refused("time", rejects)
-    looks = tuple(_READING.iter_unpack(data[_READINGS.size :]))
-    if any(detected > 1 for _, _, detected in looks):
-        return refused("value", rejects)
-    return Readings(t_us, tuple((c, r, bool(detected)) for c, r, detected in looks))
+    return accepted(_readings, data, rejects)
 
 
 def encode_truth(truth: Truth) -> bytes:
@@ -162,20 +128,7 @@ def encode_truth(truth: Truth) -> bytes:
 
 def decode_truth(data: bytes, rejects: Counter[str] | None = None) -> Truth | None:
     """The true positions in ``data``; None, and its reason counted, when malformed."""
-    if fault := fault_in_head(data, _TRUTH.size, (Kind.TRUTH,)):
-        return refused(fault, rejects)
-    _, _, _, count, t_us = _TRUTH.unpack_from(data)
-    if len(data) != _TRUTH.size + 28 * count:
-        return refused("length", rejects)
-    if not 0 <= t_us <= TIME_LIMIT_US:
-        return refused("time", rejects)
-    position = np.frombuffer(data, "<f8", 3 * count, _TRUTH.size).astype(np.float64)
-    if not bool(np.all(np.abs(position) <= POSITION_LIMIT_M)):
-        return refused("position", rejects)
-    ids = np.frombuffer(data, "<u4", count, _TRUTH.size + 24 * count).tolist()
-    if any(a >= b for a, b in zip(ids, ids[1:], strict=False)):
-        return refused("value", rejects)
-    return Truth(t_us, tuple(ids), position.reshape(count, 3))
+    return accepted(_truth, data, rejects)
 
 
 def _packed(form: Struct, kind: Kind, *values: float) -> bytes:
@@ -183,3 +136,57 @@ def _packed(form: Struct, kind: Kind, *values: float) -> bytes:
         return form.pack(MAGIC, VERSION, kind, *values)
     except (error, OverflowError) as fault:
         raise ValueError(f"{kind.name.lower()}: {fault}") from None
+
+
+def _map(data: bytes) -> FullMap:
+    check_head(data, _FULL_MAP.size, Kind.FULL_MAP)
+    _, _, _, agent, t_us, columns, rows, west_m, south_m, cell_m = _FULL_MAP.unpack_from(data)
+    count = columns * rows
+    if not 0 < count <= CELL_COUNT_LIMIT:
+        raise MalformedError("size")
+    check_length(data, _FULL_MAP.size + 12 * count)
+    check_time(t_us)
+    if not (abs(west_m) <= POSITION_LIMIT_M and abs(south_m) <= POSITION_LIMIT_M):
+        raise MalformedError("position")
+    stamp_us = np.frombuffer(data, "<i8", count, _FULL_MAP.size)
+    probability = np.frombuffer(data, "<f4", count, _FULL_MAP.size + 8 * count)
+    with np.errstate(invalid="ignore"):  # signalling NaN
+        likely = np.all((probability >= 0) & (probability <= 1))
+    if not (0 < cell_m <= POSITION_LIMIT_M and likely and np.all(stamp_us >= NEVER)):
+        raise MalformedError("value")
+    return FullMap(
+        agent,
+        t_us,
+        west_m,
+        south_m,
+        cell_m,
+        probability.astype(np.float64).reshape(columns, rows),
+        stamp_us.astype(np.int64).reshape(columns, rows),
+    )
+
+
+def _readings(data: bytes) -> Readings:
+    check_head(data, _READINGS.size, Kind.READINGS)
+    _, _, _, count, t_us = _READINGS.unpack_from(data)
+    check_length(data, _READINGS.size + count * _READING.size)
+    check_time(t_us)
+    looks = tuple(_READING.iter_unpack(data[_READINGS.size :]))
+    if any(detected > 1 for _, _, detected in looks):
+        raise MalformedError("value")
+    return Readings(t_us, tuple((c, r, bool(detected)) for c, r, detected in looks))
+
+
+def _truth(data: bytes) -> Truth:
+    check_head(data, _TRUTH.size, Kind.TRUTH)
+    _, _, _, count, t_us = _TRUTH.unpack_from(data)
+    check_length(data, _TRUTH.size + 28 * count)
+    check_time(t_us)
+    position = np.frombuffer(data, "<f8", 3 * count, _TRUTH.size).astype(np.float64)
+    with np.errstate(invalid="ignore"):  # signalling NaN
+        possible = np.all(np.abs(position) <= POSITION_LIMIT_M)
+    if not possible:
+        raise MalformedError("position")
+    ids = np.frombuffer(data, "<u4", count, _TRUTH.size + 24 * count).tolist()
+    if any(a >= b for a, b in pairwise(ids)):
+        raise MalformedError("value")
+    return Truth(t_us, tuple(ids), position.reshape(count, 3))

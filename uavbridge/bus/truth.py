@@ -73,6 +73,12 @@ class TruthTrack:
         share = (t_us - before.t_us) / (after.t_us - before.t_us)
         return Truth(t_us, after.ids, before.position + share * (after.position - before.position))
 
+    def nearest(self, t_us: int) -> Truth | None:
+        """The sample at the end of the memory that is closer to ``t_us``; None when empty."""
+        if not self._samples:
+            return None
+        return self._samples[-1] if t_us > self._samples[-1].t_us else self._samples[0]
+
     def at(self, t_us: int, agent: int) -> Vector | None:
         """True position of one vehicle (ENU m) at one time; None when not known."""
         truth = self.when(t_us)

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from struct import Struct, error
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 Vector: TypeAlias = tuple[float, float, float]
+M = TypeVar("M")
 
 MAGIC = b"UB"
 VERSION = 1
@@ -41,6 +43,10 @@ class Kind(IntEnum):
 
 
 DELTA, KEYFRAME = Kind.DELTA, Kind.KEYFRAME
+
+
+class MalformedError(Exception):
+    """A message cannot be read; the text is the reason that is counted. Never leaves the codec."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,30 +116,7 @@ def encode(frame: Frame) -> bytes:
 
 def decode(data: bytes, rejects: Counter[str] | None = None) -> Frame | None:
     """The frame in ``data``; None, and its reason counted, when malformed."""
-    if fault := fault_in_head(data, _FRAME.size, (Kind.DELTA, Kind.KEYFRAME)):
-        return refused(fault, rejects)
-    _, _, kind, sender, tick, rule, payload_size, t_us, *vectors, cells_size = _FRAME.unpack_from(
-        data
-    )
-    x, y, z, vx, vy, vz = vectors
-    start = _FRAME.size + payload_size
-    if cells_size > CELLS_LIMIT:
-        return refused("size", rejects)
-    if len(data) != start + cells_size:
-        return refused("length", rejects)
-    if fault := fault_in_state(t_us, (x, y, z), (vx, vy, vz)):
-        return refused(fault, rejects)
-    return Frame(
-        Kind(kind),
-        sender,
-        tick,
-        t_us,
-        (x, y, z),
-        (vx, vy, vz),
-        data[_FRAME.size : start],
-        rule,
-        data[start:],
-    )
+    return accepted(_frame, data, rejects)
 
 
 def encode_beacon(beacon: Beacon) -> bytes:
@@ -154,42 +137,77 @@ def encode_beacon(beacon: Beacon) -> bytes:
 
 def decode_beacon(data: bytes, rejects: Counter[str] | None = None) -> Beacon | None:
     """The beacon in ``data``; None, and its reason counted, when malformed."""
-    if fault := fault_in_head(data, _BEACON.size, (Kind.BEACON,)):
-        return refused(fault, rejects)
-    if len(data) != _BEACON.size:
-        return refused("length", rejects)
-    _, _, _, sender, t_us, x, y, z, vx, vy, vz = _BEACON.unpack(data)
-    if fault := fault_in_state(t_us, (x, y, z), (vx, vy, vz)):
-        return refused(fault, rejects)
-    return Beacon(sender, t_us, (x, y, z), (vx, vy, vz))
+    return accepted(_beacon, data, rejects)
 
 
-def fault_in_head(data: bytes, size: int, kinds: tuple[Kind, ...]) -> str:
-    """What is wrong with the first bytes of a message at least ``size`` long, or nothing."""
+def accepted(
+    parse: Callable[[bytes], M], data: bytes, rejects: Counter[str] | None = None
+) -> M | None:
+    """What ``parse`` reads in ``data``; None, the reason counted and logged, when malformed."""
+    try:
+        return parse(data)
+    except MalformedError as fault:
+        reason = str(fault)
+        if rejects is not None:
+            rejects[reason] += 1
+        _log.debug("malformed message dropped: %s", reason)
+        return None
+
+
+def check_head(data: bytes, size: int, *kinds: Kind) -> None:
+    """Raise MalformedError unless ``data`` is one of the kinds, ``size`` bytes or longer."""
     if len(data) < size:
-        return "length"
+        raise MalformedError("length")
     magic, version, kind = _HEAD.unpack_from(data)
     if magic != MAGIC:
-        return "magic"
+        raise MalformedError("magic")
     if version != VERSION:
-        return "version"
-    return "" if kind in kinds else "kind"
+        raise MalformedError("version")
+    if kind not in kinds:
+        raise MalformedError("kind")
 
 
-def fault_in_state(t_us: int, position: Vector, velocity: Vector) -> str:
-    """What is impossible in a time, position and velocity, or nothing."""
+def check_length(data: bytes, size: int) -> None:
+    """Raise MalformedError unless ``data`` is ``size`` long."""
+    if len(data) != size:
+        raise MalformedError("length")
+
+
+def check_time(t_us: int) -> None:
+    """Raise MalformedError for a time that no mission has."""
     if not 0 <= t_us <= TIME_LIMIT_US:
-        return "time"
+        raise MalformedError("time")
+
+
+def _check_state(position: Vector, velocity: Vector) -> None:
     # a comparison with NaN is false
     if not all(-POSITION_LIMIT_M <= p <= POSITION_LIMIT_M for p in position):
-        return "position"
+        raise MalformedError("position")
     if not all(-SPEED_LIMIT_M_S <= v <= SPEED_LIMIT_M_S for v in velocity):
-        return "velocity"
-    return ""
+        raise MalformedError("velocity")
 
 
-def refused(reason: str, rejects: Counter[str] | None) -> None:
-    """Count and log one malformed message."""
-    if rejects is not None:
-        rejects[reason] += 1
-    _log.debug("malformed message dropped: %s", reason)
+def _frame(data: bytes) -> Frame:
+    check_head(data, _FRAME.size, Kind.DELTA, Kind.KEYFRAME)
+    _, _, kind, sender, tick, rule, payload_size, t_us, x, y, z, vx, vy, vz, cells_size = (
+        _FRAME.unpack_from(data)
+    )
+    if cells_size > CELLS_LIMIT:
+        raise MalformedError("size")
+    start = _FRAME.size + payload_size
+    check_length(data, start + cells_size)
+    check_time(t_us)
+    position, velocity = (x, y, z), (vx, vy, vz)
+    _check_state(position, velocity)
+    payload, cells = data[_FRAME.size : start], data[start:]
+    return Frame(Kind(kind), sender, tick, t_us, position, velocity, payload, rule, cells)
+
+
+def _beacon(data: bytes) -> Beacon:
+    check_head(data, _BEACON.size, Kind.BEACON)
+    check_length(data, _BEACON.size)
+    _, _, _, sender, t_us, x, y, z, vx, vy, vz = _BEACON.unpack(data)
+    check_time(t_us)
+    position, velocity = (x, y, z), (vx, vy, vz)
+    _check_state(position, velocity)
+    return Beacon(sender, t_us, position, velocity)

@@ -18,7 +18,7 @@ from zenoh import handlers
 
 from uavbridge.bus import keys
 from uavbridge.bus.api import Sample
-from uavbridge.bus.matching import check, is_concrete
+from uavbridge.bus.matching import check
 from uavbridge.errors import BusError
 
 PORT = 7447
@@ -201,7 +201,7 @@ class ZenohBus:
         self._kept.append(token)
 
     def close(self) -> None:
-        self._session.close()
+        self._session.close()  # type: ignore[no-untyped-call]
 
     def _publisher(self, key: str) -> zenoh.Publisher:
         space = keys.space_of(key)
@@ -256,7 +256,7 @@ class Router:
 
     def close(self) -> None:
         """Stop routing; clients wait for another."""
-        self._session.close()
+        self._session.close()  # type: ignore[no-untyped-call]
 
 
 def _listen(endpoint: str) -> zenoh.Session:
@@ -294,7 +294,7 @@ def _config(mode: str, settings: dict[str, Any]) -> zenoh.Config:
 
 
 def _short(fault: zenoh.ZError) -> str:
-    """zenoh's own words, without the places in its source."""
+    """What zenoh says, without the places in its source."""
     return str(fault).partition(" at /")[0].strip().rstrip("!.")
 
 
