@@ -161,7 +161,8 @@ def _known(path: KeyPath, noun: str, name: str, known: Mapping[str, object]) -> 
     if name not in known:
         near = get_close_matches(name, list(known), n=1)
         hint = f"did you mean {near[0]}? " if near else ""
-        raise FieldError(path, f"no such {noun}; {hint}known: {', '.join(sorted(known))}", name)
+        got = () if name == path[-1] else (name,)
+        raise FieldError(path, f"no such {noun}; {hint}known: {', '.join(sorted(known))}", *got)
 
 
 def _planner(mission: Mission, planners: Mapping[str, PlannerKind]) -> None:
@@ -179,4 +180,5 @@ def _bind(path: KeyPath, kind: PlannerKind, mission: Mission, values: dict[str, 
     try:
         bind(kind, mission.scenario(), values)
     except ValueError as error:
-        raise FieldError(path, str(error)) from None
+        what = str(error).removeprefix(f"planner {kind.name}: ")
+        raise FieldError(path, what.removeprefix(f"parameter {path[-1]} ")) from None
