@@ -1,0 +1,202 @@
+"""What one vehicle's messages say, kept as plain numbers until somebody looks.
+
+Hundreds of messages arrive for every look, so a handler does no more than store;
+``state`` turns what is stored into the mission's frame and units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isfinite, nan, radians
+from typing import Any, Final
+
+import numpy as np
+
+from sim_vehicles.codec import mav
+from sim_vehicles.geodesy import Geodetic, to_enu
+from uavbridge.mavlink.flavour import Flavour, flavour_of
+from uavbridge.mavlink.local_frame import LocalFrame, heading_to_yaw, shifted
+from uavbridge.vehicle.api import Mode, VehicleState
+
+_ARMED: Final = int(mav.MAV_MODE_FLAG_SAFETY_ARMED)
+_NO_AUTOPILOT: Final = int(mav.MAV_AUTOPILOT_INVALID)
+_PREARM: Final = int(mav.MAV_SYS_STATUS_PREARM_CHECK)
+_ACTIVE: Final = int(mav.MAV_STATE_ACTIVE)
+_UNDEFINED: Final = int(mav.MAV_LANDED_STATE_UNDEFINED)
+_AIRBORNE: Final = frozenset(
+    {
+        int(mav.MAV_LANDED_STATE_IN_AIR),
+        int(mav.MAV_LANDED_STATE_TAKEOFF),
+        int(mav.MAV_LANDED_STATE_LANDING),
+    }
+)
+_NO_HEADING: Final = 65535
+_REORDERED_MS: Final = 2000  # older than this is not a late datagram but another boot
+
+
+class Telemetry:
+    """Newest knowledge of one autopilot.
+
+    Args:
+        mission: where the mission's ENU frame has its origin.
+    """
+
+    def __init__(self, mission: Geodetic) -> None:
+        self._mission = mission
+        self.handlers: Final[dict[str, Callable[[Any, int], None]]] = {
+            "HEARTBEAT": self._heartbeat,
+            "LOCAL_POSITION_NED": self._local_position,
+            "GLOBAL_POSITION_INT": self._global_position,
+            "ATTITUDE": self._attitude,
+            "SYS_STATUS": self._sys_status,
+            "EXTENDED_SYS_STATE": self._extended_state,
+            "GPS_GLOBAL_ORIGIN": self._global_origin,
+            "HOME_POSITION": self._home_position,
+        }
+        """What to do with a message (message, mission time in microseconds), by its name."""
+        self.restarts_us: list[int] = []
+        """Mission times at which the vehicle's own clock went back."""
+        self.heartbeats = 0
+        self.flavour: Flavour | str = "no heartbeat yet"
+        """The make of autopilot, or why there is none to speak to."""
+        self._forget()
+
+    def _forget(self) -> None:
+        """Know nothing, as before the first message."""
+        self._boot_ms = self._local_ms = self._global_ms = self._attitude_ms = -1
+        self._local: tuple[float, float, float, float, float, float] | None = None
+        self._global: tuple[int, int, int, int, int, int] | None = None
+        self._position_us = 0
+        self._heading_rad = 0.0
+        self._has_attitude = False
+        self._landed = _UNDEFINED
+        self._active = False
+        self._battery = nan
+        self.armed = False
+        self.mode = Mode.UNKNOWN
+        self.mode_text = ""
+        self.checks_failed = False
+        self.frame: LocalFrame | None = None
+        self.frame_exact = False
+        """The frame's origin was told as such, not concluded from the home position."""
+        self.has_home = False
+
+    @property
+    def has_position(self) -> bool:
+        """Some position is known."""
+        return (self._local is not None and self.frame is not None) or self._global is not None
+
+    @property
+    def in_air(self) -> bool:
+        """Off the ground."""
+        if self._landed == _UNDEFINED:  # not told yet: ArduPilot's status is active in flight
+            return self.armed and self._active
+        return self._landed in _AIRBORNE
+
+    def _late(self, boot_ms: int, newest_ms: int, t_us: int) -> bool:
+        """True: older than what is known. Notices a restart, after which nothing is known."""
+        if boot_ms > self._boot_ms:
+            self._boot_ms = boot_ms
+        elif boot_ms < self._boot_ms - _REORDERED_MS:
+            self._forget()
+            self._boot_ms = boot_ms
+            self.restarts_us.append(t_us)
+            return False
+        return boot_ms < newest_ms
+
+    def _heartbeat(self, message: Any, t_us: int) -> None:
+        if message.autopilot == _NO_AUTOPILOT:
+            return
+        self.heartbeats += 1
+        flavour = self.flavour = flavour_of(message.autopilot, message.type)
+        self.armed = bool(message.base_mode & _ARMED)
+        self._active = message.system_status == _ACTIVE
+        if not isinstance(flavour, str):
+            self.mode, self.mode_text = flavour.mode(message.custom_mode)
+
+    def _local_position(self, m: Any, t_us: int) -> None:
+        if self._late(m.time_boot_ms, self._local_ms, t_us):
+            return
+        values = (m.x, m.y, m.z, m.vx, m.vy, m.vz)
+        if not isfinite(sum(values)):
+            return
+        self._local_ms = m.time_boot_ms
+        self._local = values
+        self._position_us = t_us
+
+    def _global_position(self, m: Any, t_us: int) -> None:
+        if self._late(m.time_boot_ms, self._global_ms, t_us):
+            return
+        if not _on_earth(m.lat, m.lon) or (m.lat == 0 and m.lon == 0):  # 0, 0: no fix yet
+            return
+        self._global_ms = m.time_boot_ms
+        self._global = (m.lat, m.lon, m.alt, m.vx, m.vy, m.vz)
+        if self._local is None:
+            self._position_us = t_us
+        if not self._has_attitude and m.hdg != _NO_HEADING:
+            self._heading_rad = radians(m.hdg / 100.0)
+
+    def _attitude(self, m: Any, t_us: int) -> None:
+        if self._late(m.time_boot_ms, self._attitude_ms, t_us) or not isfinite(m.yaw):
+            return
+        self._attitude_ms = m.time_boot_ms
+        self._has_attitude = True
+        self._heading_rad = m.yaw
+
+    def _sys_status(self, m: Any, t_us: int) -> None:
+        if 0 <= m.battery_remaining <= 100:
+            self._battery = m.battery_remaining / 100.0
+        checked = m.onboard_control_sensors_present & m.onboard_control_sensors_enabled & _PREARM
+        self.checks_failed = bool(checked & ~m.onboard_control_sensors_health)
+
+    def _extended_state(self, m: Any, t_us: int) -> None:
+        self._landed = m.landed_state
+
+    def _global_origin(self, m: Any, t_us: int) -> None:
+        if not _on_earth(m.latitude, m.longitude):
+            return
+        origin = Geodetic(m.latitude * 1e-7, m.longitude * 1e-7, m.altitude * 1e-3)
+        self.frame_exact = True
+        if self.frame is None or self.frame.local != origin:
+            self.frame = LocalFrame(origin, self._mission)
+
+    def _home_position(self, m: Any, t_us: int) -> None:
+        if not _on_earth(m.latitude, m.longitude) or not isfinite(m.x + m.y + m.z):
+            return
+        self.has_home = True
+        if not self.frame_exact:
+            home = Geodetic(m.latitude * 1e-7, m.longitude * 1e-7, m.altitude * 1e-3)
+            self.frame = LocalFrame(shifted(home, (-m.x, -m.y, -m.z)), self._mission)
+
+    def state(self, *, link_ok: bool, waiting_for: tuple[str, ...]) -> VehicleState:
+        """All of it, in the mission's frame."""
+        position, velocity = self._motion()
+        return VehicleState(
+            t_us=self._position_us,
+            position=np.array(position),
+            velocity=np.array(velocity),
+            heading_rad=heading_to_yaw(self._heading_rad),
+            mode=self.mode,
+            mode_text=self.mode_text,
+            armed=self.armed,
+            in_air=self.in_air,
+            battery=self._battery,
+            has_position=self.has_position,
+            link_ok=link_ok,
+            waiting_for=waiting_for,
+        )
+
+    def _motion(self) -> tuple[Any, Any]:
+        """Position and velocity, ENU, each three numbers."""
+        if self._local is not None and self.frame is not None:
+            n, e, d, vn, ve, vd = self._local
+            return self.frame.to_mission(n, e, d), self.frame.velocity_to_mission(vn, ve, vd)
+        if self._global is not None:
+            lat, lon, alt, vn, ve, vd = self._global
+            position = to_enu(lat * 1e-7, lon * 1e-7, alt * 1e-3, self._mission)
+            return position, (ve / 100.0, vn / 100.0, -vd / 100.0)
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+
+
+def _on_earth(latitude_1e7: int, longitude_1e7: int) -> bool:
+    return abs(latitude_1e7) <= 900_000_000 and abs(longitude_1e7) <= 1_800_000_000

@@ -1,0 +1,290 @@
+"""A vehicle behind a MAVLink link: PX4, ArduCopter, or our simulator."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from math import inf
+from typing import Any, Final
+
+from sim_vehicles.codec import Counts, Encoder, decode, mav
+from sim_vehicles.geodesy import Geodetic
+from uavbridge.clock import to_us
+from uavbridge.mavlink.commands import Commands, Order
+from uavbridge.mavlink.link import Link
+from uavbridge.mavlink.parameters import Parameters
+from uavbridge.mavlink.setpoints import Setpoint, setpoint_of, standstill
+from uavbridge.mavlink.telemetry import Telemetry
+from uavbridge.mavlink.texts import Texts
+from uavbridge.mavlink.wishes import ROUND_S, Wishes, once
+from uavbridge.vehicle.api import (
+    Arm,
+    Command,
+    Disarm,
+    Follow,
+    Said,
+    SetPosition,
+    SetVelocity,
+    VehicleEvent,
+    VehicleState,
+)
+from uavbridge.vehicle.errands import Errands
+
+logger = logging.getLogger(__name__)
+
+SYSTEM: Final = 245
+COMPONENT: Final = int(mav.MAV_COMP_ID_MISSIONPLANNER)
+SETPOINT_LIFE_US: Final = to_us(0.5)
+SETPOINT_PERIOD_US: Final = to_us(0.1)
+_SECOND_US = to_us(1.0)
+_ROUND_US = to_us(ROUND_S)
+_COMPLAINT_US = to_us(30.0)  # ArduPilot repeats what is wrong every 30 s
+_TWINS_US = to_us(10.0)
+_WARNING = 4
+
+
+class MavlinkVehicle:
+    """One vehicle, told apart from others on the link by its system id.
+
+    To the autopilot this end is a ground station (MAV_TYPE_GCS) with ids 245/190,
+    that shows itself once a second of mission time: an autopilot that no longer
+    hears it may take its data-link-loss action.
+
+    Args:
+        link: carries the datagrams; closed with the vehicle.
+        system: the vehicle's system id.
+        origin: the mission's home, where the mission's ENU frame is zero.
+        link_timeout_s: silence after which ``link_ok`` is False.
+        source: system and component id of this end.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        system: int,
+        *,
+        origin: Geodetic,
+        link_timeout_s: float = 3.0,
+        source: tuple[int, int] = (SYSTEM, COMPONENT),
+    ) -> None:
+        self.system = system
+        self.counts = Counts()
+        """What was good and bad of all that came over the link."""
+        self.strangers = 0
+        """Good packets that were of other systems, or of others than the autopilot."""
+        self._link = link
+        self._source = source
+        self._timeout_us = to_us(link_timeout_s)
+        self._encoder = Encoder(*source)
+        self._component = 0  # 0: no autopilot heard yet
+        self._telemetry = Telemetry(origin)
+        self._commands = Commands(self._encoder, system)
+        self._parameters = Parameters(self._encoder, system)
+        self._errands = Errands(self._commands, self._parameters, self._telemetry)
+        self._wishes = Wishes()
+        self._texts = Texts()
+        self._handlers: dict[str, Callable[[Any, int], None]] = self._telemetry.handlers | {
+            "COMMAND_ACK": self._ack,
+            "PARAM_VALUE": self._parameters.hear,
+        }
+        self._now_us = 0
+        self._heard_us: float = -inf
+        self._heartbeat_us = 0
+        self._round_us = 0
+        self._asked_once = 0
+        self._restarts = 0
+        self._setpoint: Setpoint | None = None
+        self._setpoint_until_us = 0
+        self._setpoint_due_us = 0
+        self._complaints: dict[str, int] = {}  # text -> when
+        self._said: list[VehicleEvent] = []
+        self._state: VehicleState | None = None
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The autopilot's parameters heard so far."""
+        return dict(self._parameters.values)
+
+    @property
+    def state(self) -> VehicleState:
+        if self._state is None:
+            self._state = self._telemetry.state(
+                link_ok=self._link_ok, waiting_for=self._waiting_for()
+            )
+        return self._state
+
+    @property
+    def _link_ok(self) -> bool:
+        return self._now_us - self._heard_us <= self._timeout_us
+
+    def do(self, command: Command, t_us: int) -> None:
+        """Ask for something; a setpoint goes out at once.
+
+        Raises:
+            ValueError: a setpoint that is not finite.
+        """
+        if isinstance(command, SetVelocity | SetPosition):
+            self._setpoint = setpoint_of(command, self._telemetry.frame)
+            if self._setpoint is not None:
+                self._setpoint_until_us = t_us + SETPOINT_LIFE_US
+                self._link.send(self._setpoint_frame(t_us))
+            return
+        flavour = self._telemetry.flavour
+        if isinstance(flavour, str):
+            self._errands.refuse(command, flavour)
+            return
+        if not isinstance(command, Arm | Disarm | Follow):
+            self._setpoint = None
+        self._errands.start(command, flavour.plan(command), t_us)
+
+    def advance(self, t_us: int) -> tuple[VehicleEvent, ...]:
+        self._now_us = t_us
+        self._state = None
+        for datagram in self._link.receive():
+            self._hear(datagram, t_us)
+        out: list[bytes] = []
+        if t_us >= self._heartbeat_us:
+            self._heartbeat_us = t_us + _SECOND_US
+            out.append(self._heartbeat())
+        if self._component and t_us >= self._round_us:
+            self._round_us = t_us + _ROUND_US
+            out += [self._commands.frame(order) for order in self._wanted()]
+        events = self._said
+        if events:
+            self._said = []
+        if not self._errands.idle:
+            told, frames = self._errands.advance(t_us)
+            events = events + told
+            out += frames
+        self._stream(t_us, out)
+        if out:
+            self._link.send(b"".join(out))
+        return tuple(events)
+
+    def close(self) -> None:
+        self._link.close()
+
+    def _hear(self, datagram: bytes, t_us: int) -> None:
+        handlers, heard = self._handlers, self._wishes.heard
+        for packet in decode(datagram, self.counts):
+            name = packet.message.msgname
+            if packet.system != self.system:
+                self.strangers += 1
+            elif packet.component == self._component:
+                self._heard_us = t_us
+                handler = handlers.get(name)
+                if handler is not None:
+                    handler(packet.message, t_us)
+                    if name in heard:
+                        heard[name] += 1
+                elif name == "STATUSTEXT":
+                    self._say(packet.message, packet.component, t_us)
+            elif name == "STATUSTEXT":
+                self._say(packet.message, packet.component, t_us)
+            elif not self._component and name == "HEARTBEAT":
+                self._meet(packet.message, packet.component, t_us)
+            else:
+                self.strangers += 1
+        if len(self._telemetry.restarts_us) != self._restarts:
+            self._restarted()
+
+    def _meet(self, heartbeat: Any, component: int, t_us: int) -> None:
+        """The first heartbeat: is it the autopilot, and which one?"""
+        self._telemetry.handlers["HEARTBEAT"](heartbeat, t_us)
+        if not self._telemetry.heartbeats:
+            return
+        self._component = component
+        self._heard_us = t_us
+        self._commands.component = self._parameters.component = component
+        flavour = self._telemetry.flavour
+        if not isinstance(flavour, str):
+            self._parameters.bytewise = flavour.bytewise_parameters
+
+    def _restarted(self) -> None:
+        self._restarts = len(self._telemetry.restarts_us)
+        self._complaints.clear()
+        self._setpoint = None
+        self._round_us = self._now_us
+        self._asked_once = 0
+        self._said.append(Said(_WARNING, f"system {self.system} has restarted"))
+
+    def _ack(self, message: Any, t_us: int) -> None:
+        system, component = self._source
+        if message.target_system in (0, system) and message.target_component in (0, component):
+            self._commands.hear(message, t_us)
+
+    def _say(self, message: Any, component: int, t_us: int) -> None:
+        for severity, text in self._texts.hear(message, component):
+            self._said.append(Said(severity, text))
+            self._errands.said(severity, text, t_us)
+            if severity <= _WARNING and not self._telemetry.armed:
+                self._complaints[text] = t_us
+
+    def _heartbeat(self) -> bytes:
+        return self._encoder.pack(
+            "HEARTBEAT",
+            type=mav.MAV_TYPE_GCS,
+            autopilot=mav.MAV_AUTOPILOT_INVALID,
+            system_status=mav.MAV_STATE_ACTIVE,
+            mavlink_version=3,
+        )
+
+    def _wanted(self) -> list[Order]:
+        """What to ask the autopilot for in this round."""
+        orders = self._wishes.round()
+        telemetry = self._telemetry
+        if not (telemetry.frame_exact and telemetry.has_home):
+            self._asked_once += 1
+            if self._asked_once & (self._asked_once - 1) == 0:
+                orders += [once("GPS_GLOBAL_ORIGIN"), once("HOME_POSITION")]
+        return orders
+
+    def _stream(self, t_us: int, out: list[bytes]) -> None:
+        """Repeat the setpoint while it lives; lead into offboard with a standstill."""
+        if self._errands.leading:
+            self._setpoint = self._setpoint or standstill()
+            self._setpoint_until_us = t_us + SETPOINT_LIFE_US
+        if self._setpoint is None:
+            return
+        if t_us > self._setpoint_until_us:
+            self._setpoint = None
+        elif t_us >= self._setpoint_due_us:
+            out.append(self._setpoint_frame(t_us))
+
+    def _setpoint_frame(self, t_us: int) -> bytes:
+        self._setpoint_due_us = t_us + SETPOINT_PERIOD_US
+        return self._encoder.pack(
+            "SET_POSITION_TARGET_LOCAL_NED",
+            time_boot_ms=t_us // 1000 & 0xFFFFFFFF,
+            target_system=self.system,
+            target_component=self._commands.component,
+            coordinate_frame=mav.MAV_FRAME_LOCAL_NED,
+            **(self._setpoint or standstill()),
+        )
+
+    def _waiting_for(self) -> tuple[str, ...]:
+        """Why it can not arm yet."""
+        telemetry = self._telemetry
+        if isinstance(telemetry.flavour, str):
+            return (telemetry.flavour,)
+        if not self._link_ok:
+            return (f"silent for {(self._now_us - self._heard_us) / 1e6:.1f} s",)
+        reasons = []
+        recent = [t for t in telemetry.restarts_us[-3:] if self._now_us - t < _TWINS_US]
+        if len(recent) == 3:
+            reasons.append(f"two vehicles seem to use system id {self.system}")
+        if telemetry.armed:
+            return tuple(reasons)
+        since = ", it has restarted" if telemetry.restarts_us else ""
+        if not telemetry.has_position:
+            reasons.append("no position yet" + since)
+        if telemetry.frame is None:
+            reasons.append("origin of its local frame not known yet" + since)
+        if telemetry.checks_failed:
+            recent_texts = [
+                text
+                for text, t_us in self._complaints.items()
+                if self._now_us - t_us <= _COMPLAINT_US
+            ]
+            reasons.append(": ".join(["pre-arm checks fail", "; ".join(recent_texts)]).rstrip(": "))
+        return tuple(reasons)
