@@ -86,7 +86,7 @@ class BatchPacker:
             sequences: (n,) number of each sender's first frame; the next frames count on.
         """
         n, k = len(records), len(self._starts)
-        data = records.view(np.uint8).reshape(n, self._width)
+        data = records.view(np.uint8).reshape(n, self._width).copy()
         used = (data != 0) * self._places
         lengths = np.maximum(np.maximum.reduceat(used, self._starts, axis=1), 1)  # (n, k)
         data[:, self._starts + 1] = lengths
