@@ -1,0 +1,1 @@
+"""One agent: events in, effects out. No socket, clock or file is touched here."""

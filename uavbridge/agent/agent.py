@@ -1,0 +1,124 @@
+"""One agent of a mission: ``step(inputs) -> effects``, at every control tick.
+
+Order of a step: hear (frames, beacons), sense (readings into the belief map),
+decide (the planner, at its own slower tick), fly (``Flight``), tell (frame,
+beacon). No I/O: a runner feeds it and carries its effects out.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from planners.types import Goal, Reading, View
+from uavbridge.agent.effects import Effect, Inputs, Publish, Shine
+from uavbridge.agent.flight import Flight
+from uavbridge.agent.hearing import Hearing
+from uavbridge.agent.mapping import Mapping
+from uavbridge.agent.phases import ENDED, Phase
+from uavbridge.agent.plan import AgentPlan
+from uavbridge.bus.wire import DELTA, KEYFRAME, Beacon, Frame
+from uavbridge.clock import to_us
+from uavbridge.rng import stream
+from uavbridge.safety.filter import Vector
+from uavbridge.vehicle.api import VehicleState
+
+
+class Agent:
+    """Joins a planner, a belief map and a vehicle."""
+
+    def __init__(self, plan: AgentPlan) -> None:
+        self.plan = plan
+        self.flight = Flight(plan)
+        self.mapping = Mapping(plan)
+        self.hearing = Hearing()
+        self.goal: Goal | None = None
+        self.tick = 0  # decisions taken
+        self._tick_us = to_us(plan.scenario.tick_s)
+        self._memory: Any = None
+        self._readings: list[Reading] = []
+        self._next_decision_us = 0
+        self._next_keyframe_us = to_us(plan.keyframe_s)
+
+    @property
+    def phase(self) -> Phase:
+        """What it is doing."""
+        return self.flight.phase
+
+    def step(self, inputs: Inputs) -> list[Effect]:
+        """Everything this agent wants done now."""
+        for frame in inputs.frames:
+            self.hearing.frame(frame)
+            self.mapping.merge(frame)
+        for beacon in inputs.beacons:
+            self.hearing.beacon(beacon)
+        for reading in inputs.readings:
+            self.mapping.observe(reading)
+            self._readings.append(reading)
+        if self.phase is Phase.SEARCH and inputs.t_us >= self._next_decision_us:
+            self._decide(inputs)
+        setpoint = self.goal.setpoint if self.goal else None
+        traffic = self.hearing.traffic(inputs.t_us)
+        effects = self.flight.step(inputs, setpoint, traffic)
+        return effects + self._tell(inputs)
+
+    def _decide(self, inputs: Inputs) -> None:
+        plan = self.plan
+        view = self._view(inputs)
+        if self.tick == 0:
+            self._memory = plan.planner.init(view)
+        rng = stream(plan.seed, "planner", plan.agent, self.tick)
+        self.goal, self._memory = plan.planner.plan(view, self._memory, rng)
+        self._readings = []
+        self.tick += 1
+        # On the tick's own raster, however late this decision came.
+        self._next_decision_us = (inputs.t_us // self._tick_us + 1) * self._tick_us
+
+    def _view(self, inputs: Inputs) -> View:
+        state = inputs.state
+        return View(
+            t_us=inputs.t_us,
+            tick=self.tick,
+            agent=self.plan.agent,
+            position=state.position,
+            velocity=state.velocity,
+            heading_rad=state.heading_rad,
+            neighbours=self.hearing.neighbours(inputs.t_us),
+            belief=self.mapping.belief.probability,
+            seen=self.mapping.belief.seen,
+            readings=tuple(self._readings),
+        )
+
+    def _tell(self, inputs: Inputs) -> list[Effect]:
+        """The frame at the planner's rate, the separation beacon at every step in the air."""
+        state, t_us = inputs.state, inputs.t_us
+        effects: list[Effect] = []
+        if not state.has_position:
+            return effects
+        position, velocity = _vectors(state)
+        if state.in_air:
+            effects.append(Shine(Beacon(self.plan.agent, t_us, position, velocity)))
+        if t_us % self._tick_us == 0 and self.phase not in ENDED:
+            effects.append(Publish(self._frame(t_us, position, velocity)))
+        return effects
+
+    def _frame(self, t_us: int, position: Vector, velocity: Vector) -> Frame:
+        keyframe = t_us >= self._next_keyframe_us
+        if keyframe:
+            self._next_keyframe_us += to_us(self.plan.keyframe_s)
+        return Frame(
+            kind=KEYFRAME if keyframe else DELTA,
+            sender=self.plan.agent,
+            tick=t_us // self._tick_us,
+            t_us=t_us,
+            position=position,
+            velocity=velocity,
+            payload=self.goal.payload if self.goal else b"",
+            rule=self.plan.rule.code,
+            cells=self.mapping.take_all() if keyframe else self.mapping.take_changed(),
+        )
+
+
+def _vectors(state: VehicleState) -> tuple[Vector, Vector]:
+    x, y, z = state.position.tolist()
+    vx, vy, vz = state.velocity.tolist()
+    return (x, y, z), (vx, vy, vz)

@@ -1,0 +1,68 @@
+"""What goes into an agent's step, and what it wants done: plain values.
+
+Only a runner carries effects out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeAlias
+
+from planners.types import Reading
+from uavbridge.bus.wire import Beacon, Frame
+from uavbridge.vehicle.api import Command, VehicleEvent, VehicleState
+
+
+class Order(Enum):
+    """What people or the mission's judge may tell an agent, on ``cmd/``."""
+
+    RETURN = "rtl"
+    LAND = "land"
+    HOLD = "hold"
+    RESUME = "resume"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inputs:
+    """All that reached an agent since its last step."""
+
+    t_us: int
+    state: VehicleState
+    events: tuple[VehicleEvent, ...] = ()
+    frames: tuple[Frame, ...] = ()  # heard over the radio, by (sender, tick)
+    beacons: tuple[Beacon, ...] = ()  # heard on the separation beacon, by sender
+    readings: tuple[Reading, ...] = ()
+    orders: tuple[Order, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Do:
+    """Give the vehicle a command or a setpoint."""
+
+    command: Command
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Publish:
+    """Send a frame over the emulated radio."""
+
+    frame: Frame
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shine:
+    """Send the separation beacon."""
+
+    beacon: Beacon
+
+
+@dataclass(frozen=True, slots=True)
+class Tell:
+    """Something people should know."""
+
+    text: str
+    failure: bool = False
+
+
+Effect: TypeAlias = Do | Publish | Shine | Tell

@@ -1,0 +1,271 @@
+"""How an agent flies its vehicle: readiness, take-off, search, home, landing.
+
+``Flight.step`` gets what happened and the planner's newest setpoint, and returns
+effects. Paths home cannot meet: each of the team rises to a height of its own,
+flies level to over its home, and descends when the column below is free; the
+safety filter holds through all of it.
+"""
+
+from __future__ import annotations
+
+from math import hypot
+
+import numpy as np
+
+from planners.types import Setpoint
+from uavbridge.agent.effects import Do, Effect, Inputs, Order, Tell
+from uavbridge.agent.guidance import climb_to, towards, wanted
+from uavbridge.agent.phases import ENDED, FOLLOWING, RETURNING, Phase, check
+from uavbridge.agent.plan import AgentPlan
+from uavbridge.clock import to_s
+from uavbridge.safety.filter import Traffic, Vector, constrain
+from uavbridge.vehicle.api import (
+    Arm,
+    Command,
+    Done,
+    Follow,
+    LandHere,
+    Mode,
+    Refused,
+    Said,
+    SetVelocity,
+    TakeOff,
+    VehicleEvent,
+    VehicleState,
+)
+
+AT_HEIGHT_M = 1.5
+OVER_HOME_M = 1.5
+RETRY_S = 2.0
+STRANGE_MODE_S = 1.5  # a mode we did not ask for, for so long: somebody has the vehicle
+WARNING = 4  # MAV_SEVERITY; texts less severe stay with the vehicle
+STILL: Vector = (0.0, 0.0, 0.0)
+NEVER_US = -(1 << 60)
+
+
+class Flight:
+    """The phase machine of one vehicle and the steering in each phase."""
+
+    def __init__(self, plan: AgentPlan) -> None:
+        self.plan = plan
+        self.phase = Phase.CONNECT
+        self.home: Vector = plan.start
+        self.distance_m = 0.0
+        self.failure = ""
+        self.limited_by: tuple[str, ...] = ()
+        self._since_us = 0  # begin of the phase
+        self._asked_us = NEVER_US  # newest command, repeated after RETRY_S
+        self._strange_us: int | None = None
+        self._last: Vector | None = None
+        self._refusal = ""
+        self._effects: list[Effect] = []
+
+    def step(
+        self, inputs: Inputs, setpoint: Setpoint | None, traffic: list[Traffic]
+    ) -> list[Effect]:
+        """Effects of one control tick.
+
+        Args:
+            inputs: what reached the agent; frames and readings do not matter here.
+            setpoint: the planner's newest, None before its first.
+            traffic: the others by their separation beacons.
+        """
+        self._effects = []
+        self._odometer(inputs.state)
+        for event in inputs.events:
+            self._happened(event, inputs)
+        if self.phase not in ENDED:
+            self._watch(inputs.state, inputs.t_us)
+            for order in inputs.orders:
+                self._obey(order, inputs.t_us)
+            if to_s(inputs.t_us) >= self.plan.duration_s:
+                self._obey(Order.RETURN, inputs.t_us)
+            self._fly(inputs.state, inputs.t_us, setpoint, traffic)
+        return self._effects
+
+    # What happened
+
+    def _happened(self, event: VehicleEvent, inputs: Inputs) -> None:
+        match event:
+            case Said(severity, text):
+                if severity <= WARNING:
+                    self._tell(f"vehicle says: {text}")
+            case Refused(Arm(), reason) if self.phase is Phase.ARM:
+                self._arming_refused(reason)
+            case Refused(command, reason):
+                self._tell(f"{type(command).__name__} refused: {reason}")
+            case Done(Arm()) if self.phase is Phase.ARM:
+                self.home = _vector(inputs.state)
+                self._enter(Phase.TAKEOFF, inputs.t_us)
+            case Done(Follow()) if self.phase is Phase.TAKEOFF:
+                self._enter(Phase.CLIMB, inputs.t_us)
+            case _:
+                pass
+
+    def _arming_refused(self, reason: str) -> None:
+        if reason != self._refusal:
+            self._refusal = reason
+            self._tell(f"arming refused: {reason}")
+
+    def _watch(self, state: VehicleState, t_us: int) -> None:
+        """Time-outs, silence, modes that nobody asked for."""
+        patience_s = self.plan.ready_timeout_s
+        waited_s = to_s(t_us - self._since_us)
+        if self.phase is Phase.CONNECT:
+            if waited_s > patience_s:
+                missing = "no position" if state.link_ok else "never answered: no heartbeat"
+                self._fail(f"{missing} in {patience_s:g} s", t_us)
+        elif self.phase is Phase.ARM:
+            if waited_s > patience_s:
+                why = self._refusal or ", ".join(state.waiting_for) or "no answer"
+                self._fail(f"refused to arm: {why}", t_us)
+        elif not state.link_ok and to_s(t_us - state.t_us) > self.plan.silence_s:
+            self._fail(f"vehicle silent for {self.plan.silence_s:g} s", t_us)
+        elif self.phase in FOLLOWING:
+            self._watch_mode(state, t_us)
+
+    def _watch_mode(self, state: VehicleState, t_us: int) -> None:
+        if state.mode is Mode.OFFBOARD:
+            self._strange_us = None
+        elif self._strange_us is None:
+            self._strange_us = t_us
+        elif to_s(t_us - self._strange_us) > STRANGE_MODE_S:
+            self.failure = f"vehicle went to {state.mode_text or state.mode.value}: yielded"
+            self._tell(self.failure, failure=True)
+            self._enter(Phase.YIELDED, t_us)
+
+    def _obey(self, order: Order, t_us: int) -> None:
+        phase = self.phase
+        if phase in (Phase.CONNECT, Phase.ARM):
+            if order in (Order.RETURN, Order.LAND):
+                self._enter(Phase.DONE, t_us)
+        elif order is Order.LAND and phase in FOLLOWING | {Phase.TAKEOFF}:
+            self._enter(Phase.LAND, t_us)
+        elif order is Order.RETURN and phase in FOLLOWING - RETURNING:
+            self._enter(Phase.RISE, t_us)
+        elif order is Order.HOLD and phase in (Phase.CLIMB, Phase.SEARCH):
+            self._enter(Phase.PAUSE, t_us)
+        elif order is Order.RESUME and phase is Phase.PAUSE:
+            self._enter(Phase.SEARCH, t_us)
+
+    # Flying
+
+    def _fly(
+        self, state: VehicleState, t_us: int, setpoint: Setpoint | None, traffic: list[Traffic]
+    ) -> None:
+        position = _vector(state)
+        if self.phase is Phase.CONNECT:
+            if state.link_ok and state.has_position:
+                self._enter(Phase.ARM, t_us)
+        elif self.phase is Phase.ARM:
+            if not state.waiting_for:
+                self._ask(Arm(), t_us)
+        elif self.phase is Phase.TAKEOFF:
+            self._take_off(state, position, t_us)
+        elif self.phase is Phase.LAND:
+            self._land(state, t_us)
+        elif self.phase is Phase.YIELDED:
+            if not state.armed and not state.in_air:
+                self._enter(Phase.DONE, t_us)
+        elif self.phase in FOLLOWING:
+            self._follow(position, t_us, setpoint, traffic)
+
+    def _take_off(self, state: VehicleState, position: Vector, t_us: int) -> None:
+        if position[2] - self.home[2] >= 0.8 * self.plan.low_height_m:
+            self._effects.append(Do(SetVelocity(np.zeros(3))))
+            self._ask(Follow(), t_us)
+        elif state.mode is not Mode.TAKEOFF:
+            self._ask(TakeOff(self.plan.low_height_m), t_us)
+
+    def _land(self, state: VehicleState, t_us: int) -> None:
+        if not state.armed and not state.in_air:
+            self._enter(Phase.DONE, t_us)
+        elif state.mode is not Mode.LAND:
+            self._ask(LandHere(), t_us)
+
+    def _follow(
+        self, position: Vector, t_us: int, setpoint: Setpoint | None, traffic: list[Traffic]
+    ) -> None:
+        velocity = self._steer(position, t_us, setpoint, traffic)
+        near_ground = self.phase in (Phase.CLIMB, Phase.DESCEND, Phase.LAND)
+        safe = constrain(velocity, position, traffic, self.plan.envelope, keep_band=not near_ground)
+        self.limited_by = safe.limited_by
+        self._effects.append(Do(SetVelocity(np.array(safe.velocity))))
+
+    def _steer(
+        self, position: Vector, t_us: int, setpoint: Setpoint | None, traffic: list[Traffic]
+    ) -> Vector:
+        """The velocity wanted in this phase; goes on to the next phase where this one is done."""
+        plan = self.plan
+        if self.phase is Phase.CLIMB:
+            if abs(position[2] - plan.start[2]) < AT_HEIGHT_M:
+                self._enter(Phase.SEARCH, t_us)
+            return towards(plan.start, position, plan.envelope.speed_m_s)
+        if self.phase is Phase.SEARCH:
+            if setpoint is None:
+                return STILL
+            return wanted(setpoint, position, plan.start[2], plan.envelope)
+        if self.phase is Phase.RISE:
+            if abs(position[2] - plan.return_height_m) < AT_HEIGHT_M:
+                self._enter(Phase.HOME, t_us)
+            return 0.0, 0.0, climb_to(plan.return_height_m, position[2])
+        if self.phase in (Phase.HOME, Phase.DESCEND):
+            return self._homewards(position, t_us, traffic)
+        return STILL
+
+    def _homewards(self, position: Vector, t_us: int, traffic: list[Traffic]) -> Vector:
+        plan = self.plan
+        over_home = (self.home[0], self.home[1], plan.return_height_m)
+        x, y, z = towards(over_home, position, plan.envelope.speed_m_s)
+        if self.phase is Phase.DESCEND:
+            if position[2] - self.home[2] <= plan.low_height_m:
+                self._enter(Phase.LAND, t_us)
+            return x, y, -plan.envelope.sink_m_s
+        off_m = hypot(position[0] - over_home[0], position[1] - over_home[1])
+        if off_m < OVER_HOME_M and self._column_free(position, traffic):
+            self._enter(Phase.DESCEND, t_us)
+        return x, y, z
+
+    def _column_free(self, position: Vector, traffic: list[Traffic]) -> bool:
+        """Nobody below who would be met; of two at one height the smaller id goes first."""
+        clear_m = 1.5 * self.plan.envelope.separation_m
+        mine = (round(position[2]), self.plan.agent)
+        return not any(
+            hypot(o.position[0] - self.home[0], o.position[1] - self.home[1]) < clear_m
+            and (round(o.position[2]), o.agent) < mine
+            for o in traffic
+        )
+
+    # Small things
+
+    def _enter(self, phase: Phase, t_us: int) -> None:
+        self.phase = check(self.phase, phase)
+        self._since_us = t_us
+        self._asked_us = NEVER_US
+        self._strange_us = None
+
+    def _ask(self, command: Command, t_us: int) -> None:
+        """Give a command, again every RETRY_S until the phase changes."""
+        if to_s(t_us - self._asked_us) >= RETRY_S:
+            self._asked_us = t_us
+            self._effects.append(Do(command))
+
+    def _tell(self, text: str, failure: bool = False) -> None:
+        self._effects.append(Tell(text, failure))
+
+    def _fail(self, why: str, t_us: int) -> None:
+        self.failure = why
+        self._tell(why, failure=True)
+        self._enter(Phase.FAILED, t_us)
+
+    def _odometer(self, state: VehicleState) -> None:
+        here = _vector(state)
+        if state.in_air and self._last is not None:
+            last = self._last
+            self.distance_m += hypot(here[0] - last[0], here[1] - last[1], here[2] - last[2])
+        self._last = here if state.has_position else None
+
+
+def _vector(state: VehicleState) -> Vector:
+    x, y, z = state.position.tolist()
+    return x, y, z

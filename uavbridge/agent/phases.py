@@ -1,0 +1,57 @@
+"""The phases of an agent's mission, as a table.
+
+Rule 1: everything that says which phase may follow which is in this file.
+Rule 2: this file knows neither vehicles nor maps.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Phase(Enum):
+    """What an agent is doing."""
+
+    CONNECT = "connect"  # waits for its vehicle's heartbeat and position
+    ARM = "arm"  # waits for readiness, then asks for the motors
+    TAKEOFF = "takeoff"  # climbs by the autopilot
+    CLIMB = "climb"  # follows our setpoints to its start at search height
+    SEARCH = "search"
+    PAUSE = "hold"  # stands still on order
+    RISE = "rise"  # straight up or down to its return height
+    HOME = "return"  # level flight to over home
+    DESCEND = "descend"  # straight down over home, when the column is free
+    LAND = "land"  # by the autopilot
+    DONE = "landed"
+    YIELDED = "yielded"  # the autopilot or a pilot took the vehicle
+    FAILED = "failed"
+
+
+NEXT: dict[Phase, frozenset[Phase]] = {
+    Phase.CONNECT: frozenset({Phase.ARM, Phase.DONE, Phase.FAILED}),
+    Phase.ARM: frozenset({Phase.TAKEOFF, Phase.CLIMB, Phase.DONE, Phase.FAILED}),
+    Phase.TAKEOFF: frozenset({Phase.CLIMB, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
+    Phase.CLIMB: frozenset({Phase.SEARCH, Phase.PAUSE, Phase.RISE, Phase.LAND, Phase.YIELDED}),
+    Phase.SEARCH: frozenset({Phase.PAUSE, Phase.RISE, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
+    Phase.PAUSE: frozenset({Phase.SEARCH, Phase.RISE, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
+    Phase.RISE: frozenset({Phase.HOME, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
+    Phase.HOME: frozenset({Phase.DESCEND, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
+    Phase.DESCEND: frozenset({Phase.LAND, Phase.YIELDED, Phase.FAILED}),
+    Phase.LAND: frozenset({Phase.DONE, Phase.YIELDED, Phase.FAILED}),
+    Phase.YIELDED: frozenset({Phase.DONE, Phase.FAILED}),
+    Phase.DONE: frozenset(),
+    Phase.FAILED: frozenset(),
+}
+
+FOLLOWING = frozenset(
+    {Phase.CLIMB, Phase.SEARCH, Phase.PAUSE, Phase.RISE, Phase.HOME, Phase.DESCEND}
+)
+RETURNING = frozenset({Phase.RISE, Phase.HOME, Phase.DESCEND, Phase.LAND})
+ENDED = frozenset({Phase.DONE, Phase.FAILED})
+
+
+def check(before: Phase, after: Phase) -> Phase:
+    """``after``, if the table allows it; otherwise the agent has a fault: RuntimeError."""
+    if after not in NEXT[before]:
+        raise RuntimeError(f"no way from phase {before.value} to {after.value}")
+    return after

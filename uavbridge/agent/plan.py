@@ -1,0 +1,49 @@
+"""What one agent is given before it flies. There are no targets in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from planners.belief.merge import SensorModel
+from planners.belief.merge import MergeRule
+from planners.planner import Planner
+from planners.types import F64, Scenario
+from uavbridge.safety.envelope import Envelope
+from uavbridge.safety.filter import Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AgentPlan:
+    """Everything fixed about one agent."""
+
+    agent: int
+    seed: int
+    scenario: Scenario
+    planner: Planner
+    rule: MergeRule
+    sensor: SensorModel
+    prior: F64  # (columns, rows)
+    envelope: Envelope
+    start: Vector  # where its search begins, ENU m
+    return_height_m: float
+    duration_s: float  # mission time at which it returns by itself
+    keyframe_s: float = 10.0
+    ready_timeout_s: float = 60.0  # to be heard, and then to be ready and armed
+    silence_s: float = 5.0  # after which a vehicle counts as lost
+
+    @property
+    def low_height_m(self) -> float:
+        """Below it only take-offs and landings happen: half the band's lower end."""
+        return max(2.5, self.envelope.altitude_min_m / 2)
+
+
+def return_heights(team: int, envelope: Envelope, clearance_m: float) -> list[float]:
+    """A height (m) for each of the team to fly home at, as many different ones as fit the band.
+
+    Neighbouring ids get different heights, ``clearance_m`` apart; where the band
+    has fewer of them than the team has members they are used again, and the
+    safety filter keeps those apart.
+    """
+    low, high = envelope.altitude_min_m, envelope.altitude_max_m
+    layers = max(1, int((high - low) / clearance_m) + 1)
+    return [low + (k % layers) * clearance_m for k in range(team)]

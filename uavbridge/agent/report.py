@@ -1,0 +1,45 @@
+"""What an agent says of itself on ``state/<agent>``, once a second, for people and the judge."""
+
+from __future__ import annotations
+
+from msgspec import Struct
+from msgspec.json import Decoder, Encoder
+
+
+class AgentReport(Struct, frozen=True):
+    """JSON on the bus. Lengths in m, speeds in m/s, ENU; times in mission time."""
+
+    agent: int
+    t_us: int
+    phase: str
+    mode: str  # the autopilot's own name of its mode
+    position: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+    heading: float  # rad from east, counter-clockwise
+    armed: bool
+    in_air: bool
+    battery: float | None  # 0..1
+    neighbours: int  # others heard over the radio in the last seconds
+    note: str  # the planner's state in its own words
+    distance_m: float
+    declared: list[tuple[int, int, int]]  # column, row, t_us of each target declared
+    frames_sent: int = 0
+    frames_heard: int = 0
+    bytes_sent: int = 0
+    bytes_heard: int = 0
+    beacon_bytes: int = 0  # of the separation beacon, sent and heard
+    failure: str = ""
+
+
+_ENCODER = Encoder()
+_DECODER = Decoder(AgentReport)
+
+
+def encode(report: AgentReport) -> bytes:
+    """As JSON."""
+    return _ENCODER.encode(report)
+
+
+def decode(data: bytes) -> AgentReport:
+    """From JSON. Raises msgspec.DecodeError for anything else."""
+    return _DECODER.decode(data)

@@ -1,0 +1,132 @@
+"""From a mission file's values to plans for agents, vehicles and the simulated world."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+from planners.belief.merge import MERGE_RULES, SensorModel
+from planners.planner import Planner, PlannerKind
+from planners.registry import bind
+from sim_vehicles.dynamics.wind import WindSpec
+from sim_vehicles.fleet import Fleet, VehicleSpec
+from sim_vehicles.geodesy import Geodetic
+from sim_vehicles.world.payload import CellSensor, CellSensorSpec
+from uavbridge import plugins
+from uavbridge.agent.plan import AgentPlan, return_heights
+from uavbridge.bus.tiles import Tiling
+from uavbridge.config import Mission
+from uavbridge.errors import ConfigError
+from uavbridge.rng import stream
+from uavbridge.safety.envelope import Envelope
+
+LAYER_CLEARANCE = 1.2  # between return heights, in separation distances
+
+
+def origin(mission: Mission) -> Geodetic:
+    """Where the mission's frame lies on the Earth."""
+    home = mission.home
+    return Geodetic(home.latitude_deg, home.longitude_deg, home.altitude_m)
+
+
+def planner_of(mission: Mission, kind: PlannerKind | None = None) -> Planner:
+    """The mission's planner, bound to its scenario.
+
+    Raises:
+        ConfigError: there is no such planner, or a parameter is wrong.
+    """
+    known = plugins.planners() if kind is None else {kind.name: kind}
+    name = mission.planner if kind is None else kind.name
+    if name not in known:
+        raise ConfigError(f"planner: there is no {name!r}; known are {', '.join(sorted(known))}")
+    try:
+        return bind(known[name], mission.scenario(), mission.parameters)
+    except ValueError as fault:
+        raise ConfigError(f"parameters: {fault}") from fault
+
+
+def envelope_of(mission: Mission) -> Envelope:
+    """What the safety filter enforces."""
+    west, south, east, north = mission.grid.bounds
+    s = mission.safety
+    margin = s.fence_margin_m
+    return Envelope(
+        west_m=west - margin,
+        south_m=south - margin,
+        east_m=east + margin,
+        north_m=north + margin,
+        altitude_min_m=s.altitude_min_m,
+        altitude_max_m=s.altitude_max_m,
+        speed_m_s=s.speed_m_s,
+        climb_m_s=s.climb_m_s,
+        separation_m=s.separation_m if s.separation else 0.0,
+    )
+
+
+def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
+    """A plan for each agent, ascending ids. Nothing in it knows the targets."""
+    scenario = mission.scenario()
+    envelope = envelope_of(mission)
+    clearance = LAYER_CLEARANCE * mission.safety.separation_m
+    heights = return_heights(len(scenario.team), envelope, clearance)
+    return [
+        AgentPlan(
+            agent=agent,
+            seed=mission.seed,
+            scenario=scenario,
+            planner=planner,
+            rule=MERGE_RULES[mission.belief.merge],
+            sensor=SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update),
+            prior=np.full(scenario.grid.shape, mission.belief.prior),
+            envelope=envelope,
+            start=(float(start[0]), float(start[1]), float(start[2])),
+            return_height_m=height,
+            duration_s=mission.duration,
+            keyframe_s=mission.radio.keyframe_s,
+        )
+        for agent, start, height in zip(scenario.team, scenario.starts, heights, strict=True)
+    ]
+
+
+def fleet_of(mission: Mission, agents: tuple[int, ...]) -> Fleet:
+    """The simulated vehicles of some agents, on the ground at their starts."""
+    members = {member.id: member for member in mission.team()}
+    w = mission.wind
+    return Fleet(
+        [
+            VehicleSpec(system=agent, start=(*members[agent].start, 0.0), yaw_rad=pi / 2)
+            for agent in agents
+        ],
+        origin=origin(mission),
+        model=mission.fleet.model,
+        seed=mission.seed,
+        wind=WindSpec((w.east_m_s, w.north_m_s, w.up_m_s), w.gust_m_s),
+        step_s=mission.simulator.step_s,
+        parameters=mission.simulator.parameters,
+    )
+
+
+def sensor_of(mission: Mission, agents: tuple[int, ...]) -> CellSensor:
+    """The payload sensors of some agents, over the true targets."""
+    spec = CellSensorSpec(
+        p=mission.sensor.p,
+        q=mission.sensor.q,
+        period_s=mission.sensor.period_s,
+        height_min_m=mission.safety.altitude_min_m / 2,
+    )
+    targets = np.array([target.position for target in mission.targets]).reshape(-1, 2)
+    generators = [stream(mission.seed, "sensor", agent) for agent in agents]
+    return CellSensor(mission.grid, targets, spec, generators)
+
+
+def radio_tiling(mission: Mission) -> Tiling:
+    """Tiles of the planners' radio."""
+    return Tiling.of(mission.radio.range_m, mission.safety.speed_m_s)
+
+
+def beacon_tiling(mission: Mission) -> Tiling:
+    """Tiles of the separation beacon."""
+    return Tiling.of(mission.safety.beacon_range_m, mission.safety.speed_m_s)
+
+

@@ -1,0 +1,62 @@
+"""What the stepped and the paced runner share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from uavbridge.agent.plan import AgentPlan
+from uavbridge.bus.air import Air, SafetyBeacons
+from uavbridge.bus.api import Bus
+from uavbridge.bus.truth import TruthTrack
+from uavbridge.clock import Clock
+from uavbridge.config import Mission
+from uavbridge.mavlink.link import Link
+from uavbridge.mavlink.middleware import TlogLink
+from uavbridge.radio.radio import Radio
+from uavbridge.recording.recorder import Recorder
+from uavbridge.runner import assemble
+from uavbridge.runner.host import AgentHost
+from uavbridge.runner.judge import Judge
+from uavbridge.vehicle.api import Vehicle
+
+CONTROL_US = 100_000  # between two steps of the agents
+
+Progress: TypeAlias = Callable[[int, Judge, AgentHost], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flown:
+    """A mission that is over."""
+
+    judge: Judge
+    host: AgentHost
+
+
+def build_host(
+    mission: Mission,
+    plans: Sequence[AgentPlan],
+    vehicles: Mapping[int, Vehicle],
+    bus: Bus,
+    recorder: Recorder,
+) -> AgentHost:
+    """The agents of this process on a bus, each with a radio and a separation beacon."""
+    agents = [plan.agent for plan in plans]
+    radio = Radio(mission.radio.range_m, mission.seed)
+    beacon = Radio(mission.safety.beacon_range_m, mission.seed)
+    truth = TruthTrack(bus)
+    return AgentHost(
+        plans,
+        vehicles,
+        bus=bus,
+        air=Air(bus, radio, agents, assemble.radio_tiling(mission), truth),
+        beacons=SafetyBeacons(bus, beacon, agents, assemble.beacon_tiling(mission), truth),
+        recorder=recorder,
+    )
+
+
+def logged(link: Link, agent: int, recorder: Recorder, clock: Clock) -> Link:
+    """The link with everything that passes written to the vehicle's .tlog."""
+    log = recorder.tlog(agent)
+    return TlogLink(link, lambda t_us, _direction, frame: log.write(t_us, frame), clock.now_us)

@@ -1,0 +1,260 @@
+"""The agents of one process: feeds each its inputs, carries its effects out.
+
+The stepped and the paced runner call the same ``step`` at every control tick;
+only the bus, the links and the clock behind it differ.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import msgspec
+
+from planners.types import Reading
+from uavbridge.agent.agent import Agent
+from uavbridge.agent.effects import Do, Effect, Inputs, Order, Publish, Shine
+from uavbridge.agent.phases import ENDED
+from uavbridge.agent.plan import AgentPlan
+from uavbridge.agent.report import AgentReport, encode
+from uavbridge.bus import keys
+from uavbridge.bus.air import Air, SafetyBeacons
+from uavbridge.bus.api import Bus, Mailbox
+from uavbridge.bus.messages import FullMap, decode_readings, encode_map
+from uavbridge.bus.wire import Vector
+from uavbridge.bus.wire import encode as encode_frame
+from uavbridge.clock import SECOND_US, to_s, to_us
+from uavbridge.recording.recorder import Recorder
+from uavbridge.recording.topics import (
+    EventRecord,
+    ReadingRecord,
+    SetpointRecord,
+    StateRecord,
+    known,
+)
+from uavbridge.report.result import Event
+from uavbridge.vehicle.api import SetVelocity, Vehicle, VehicleState
+
+NEIGHBOUR_S = 3.0  # heard within this time counts as a neighbour, for people
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(slots=True, eq=False)
+class Seat:
+    """One agent with what belongs to it."""
+
+    agent: Agent
+    vehicle: Vehicle
+    obs: Mailbox
+    cmd: Mailbox
+    map_us: int = 0  # when its map was last published for people
+
+
+class AgentHost:
+    """Runs agents over vehicles and a bus.
+
+    Args:
+        plans: of the agents of this process, ascending ids.
+        vehicles: by agent id.
+        bus: this process's session.
+        air: the emulated radio.
+        beacons: the separation beacon.
+        recorder: None: nothing is recorded.
+    """
+
+    def __init__(
+        self,
+        plans: Sequence[AgentPlan],
+        vehicles: Mapping[int, Vehicle],
+        *,
+        bus: Bus,
+        air: Air,
+        beacons: SafetyBeacons,
+        recorder: Recorder | None = None,
+    ) -> None:
+        self._bus, self._air, self._beacons, self._recorder = bus, air, beacons, recorder
+        self._everybody = bus.subscribe(keys.cmd())
+        self._maps: dict[int, bytes] = {}
+        self.rejects: Counter[str] = Counter()  # malformed readings and orders
+        self.events: list[Event] = []
+        self.seats = [self._seat(plan, vehicles[plan.agent]) for plan in plans]
+
+    def _seat(self, plan: AgentPlan, vehicle: Vehicle) -> Seat:
+        agent = plan.agent
+        self._bus.serve(keys.state_map(agent), lambda _key: self._maps.get(agent))
+        self._bus.declare(keys.alive(agent))
+        return Seat(
+            Agent(plan),
+            vehicle,
+            obs=self._bus.subscribe(keys.obs(agent)),
+            cmd=self._bus.subscribe(keys.cmd(agent)),
+        )
+
+    @property
+    def ended(self) -> bool:
+        """Every agent has landed or failed."""
+        return all(seat.agent.phase in ENDED for seat in self.seats)
+
+    def step(self, t_us: int) -> None:
+        """One control tick of every agent, ascending ids."""
+        events = [seat.vehicle.advance(t_us) for seat in self.seats]
+        states = [seat.vehicle.state for seat in self.seats]
+        where = {
+            seat.agent.plan.agent: _vector(state)
+            for seat, state in zip(self.seats, states, strict=True)
+        }
+        frames = self._air.receive(where, t_us)
+        beacons = self._beacons.receive(where, t_us)
+        to_all = _orders([sample.data for sample in self._everybody.drain()], self.rejects)
+        for seat, state, happened in zip(self.seats, states, events, strict=True):
+            agent = seat.agent.plan.agent
+            inputs = Inputs(
+                t_us=t_us,
+                state=state,
+                events=happened,
+                frames=tuple(frames.get(agent, ())),
+                beacons=tuple(beacons.get(agent, ())),
+                readings=self._readings(seat, t_us),
+                orders=to_all
+                + _orders([sample.data for sample in seat.cmd.drain()], self.rejects),
+            )
+            before = seat.agent.phase
+            for effect in seat.agent.step(inputs):
+                self._carry_out(seat, effect, t_us)
+            if seat.agent.phase is not before:
+                self._event(t_us, agent, "phase", seat.agent.phase.value)
+            if t_us % SECOND_US == 0:
+                self._report(seat, state, t_us)
+
+    def close(self) -> None:
+        """Let go of the vehicles."""
+        for seat in self.seats:
+            seat.vehicle.close()
+
+    def _readings(self, seat: Seat, t_us: int) -> tuple[Reading, ...]:
+        readings: list[Reading] = []
+        for sample in seat.obs.drain():
+            message = decode_readings(sample.data, self.rejects)
+            if message is not None:
+                readings += [Reading(message.t_us, (c, r), seen) for c, r, seen in message.looks]
+        if self._recorder:
+            for reading in readings:
+                column, row = reading.cell
+                record = ReadingRecord(column, row, reading.detected)
+                self._recorder.record(f"obs/{seat.agent.plan.agent}", t_us, record)
+        return tuple(readings)
+
+    def _carry_out(self, seat: Seat, effect: Effect, t_us: int) -> None:
+        agent = seat.agent.plan.agent
+        if isinstance(effect, Do):
+            seat.vehicle.do(effect.command, t_us)
+            if self._recorder and isinstance(effect.command, SetVelocity):
+                x, y, z = effect.command.velocity.tolist()
+                record = SetpointRecord("velocity", [x, y, z])
+                self._recorder.record(f"setpoint/{agent}", t_us, record)
+        elif isinstance(effect, Publish):
+            self._air.send(effect.frame)
+            if self._recorder:
+                self._recorder.write(f"air/{agent}", t_us, encode_frame(effect.frame))
+        elif isinstance(effect, Shine):
+            self._beacons.send(effect.beacon)
+        else:
+            self._event(t_us, agent, "failure" if effect.failure else "said", effect.text)
+
+    def _event(self, t_us: int, agent: int, kind: str, text: str) -> None:
+        level = logging.WARNING if kind == "failure" else logging.INFO
+        _log.log(level, "agent %d: %s", agent, text)
+        self.events.append(Event(to_s(t_us), text, agent))
+        if self._recorder:
+            self._recorder.record("event", t_us, EventRecord(kind, text, agent))
+
+    def _report(self, seat: Seat, state: VehicleState, t_us: int) -> None:
+        """What people are told of one agent, once a second."""
+        agent, number = seat.agent, seat.agent.plan.agent
+        report = self._said(seat, state, t_us)
+        self._bus.publish(keys.state(number), encode(report))
+        grid, belief = agent.plan.scenario.grid, agent.mapping.belief
+        self._maps[number] = encode_map(
+            FullMap(
+                number,
+                t_us,
+                grid.west_m,
+                grid.south_m,
+                grid.cell_m,
+                belief.probability,
+                belief.stamp_us,
+            )
+        )
+        if t_us >= seat.map_us:
+            seat.map_us = t_us + to_us(agent.plan.keyframe_s)
+            self._bus.publish(keys.state_map(number), self._maps[number])
+        if self._recorder:
+            record = StateRecord(
+                position=list(report.position),
+                velocity=list(report.velocity),
+                heading=report.heading,
+                mode=report.mode,
+                phase=report.phase,
+                armed=report.armed,
+                battery=known(state.battery),
+                note=report.note,
+            )
+            self._recorder.record(f"state/{number}", t_us, record)
+
+    def _said(self, seat: Seat, state: VehicleState, t_us: int) -> AgentReport:
+        agent, number = seat.agent, seat.agent.plan.agent
+        rows = agent.plan.scenario.grid.rows
+        radio, beacon = self._air.traffic[number], self._beacons.traffic[number]
+        declared = agent.mapping.declared
+        return AgentReport(
+            agent=number,
+            t_us=t_us,
+            phase=agent.phase.value,
+            mode=state.mode_text or state.mode.value,
+            position=_vector(state),
+            velocity=_vector_of(state.velocity.tolist()),
+            heading=state.heading_rad,
+            armed=state.armed,
+            in_air=state.in_air,
+            battery=state.battery if state.battery == state.battery else None,
+            neighbours=agent.hearing.heard_within(t_us, NEIGHBOUR_S),
+            note=agent.goal.note if agent.goal else "",
+            distance_m=agent.flight.distance_m,
+            declared=[(cell // rows, cell % rows, at) for cell, at in sorted(declared.items())],
+            frames_sent=radio.frames_sent,
+            frames_heard=radio.frames_heard,
+            bytes_sent=radio.bytes_sent,
+            bytes_heard=radio.bytes_heard,
+            beacon_bytes=beacon.bytes_sent + beacon.bytes_heard,
+            failure=agent.flight.failure,
+        )
+
+
+def order_bytes(order: Order) -> bytes:
+    """An order as it travels on ``cmd/``."""
+    return msgspec.json.encode({"order": order.value})
+
+
+def _orders(messages: list[bytes], rejects: Counter[str]) -> tuple[Order, ...]:
+    orders = []
+    for data in messages:
+        try:
+            orders.append(Order(msgspec.json.decode(data, type=dict[str, str]).get("order")))
+        except (msgspec.DecodeError, ValueError):
+            rejects["order"] += 1
+            _log.debug("malformed order dropped: %r", data[:80])
+    return tuple(orders)
+
+
+def _vector(state: VehicleState) -> Vector:
+    return _vector_of(state.position.tolist())
+
+
+def _vector_of(parts: list[float]) -> Vector:
+    x, y, z = parts
+    return x, y, z
+
+

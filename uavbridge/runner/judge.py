@@ -1,0 +1,223 @@
+"""The judge of a mission: is the goal reached, who goes home, what came of it.
+
+A bus subscriber like any monitor: it merges every frame, whoever hears it, into
+the union of maps, reads the agents' reports, and gives one kind of order: return.
+It knows the true targets; the agents do not.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from dataclasses import dataclass
+from enum import Enum
+from math import inf, nan
+
+import msgspec
+import numpy as np
+
+from planners.belief.merge import MERGE_RULES, BeliefMap, unpack
+from planners.belief.scores import coverage, entropy, uncertainty
+from planners.types import F64
+from uavbridge.agent.effects import Order
+from uavbridge.agent.phases import ENDED
+from uavbridge.agent.report import AgentReport, decode
+from uavbridge.bus import keys
+from uavbridge.bus.api import Bus
+from uavbridge.bus.messages import decode_truth
+from uavbridge.bus.wire import decode as decode_frame
+from uavbridge.clock import SECOND_US, to_s, to_us
+from uavbridge.config import Mission
+from uavbridge.runner.host import order_bytes
+from uavbridge.runner.separation import SeparationWatch
+
+OVERTIME_S = 600.0  # for the way home after the time limit
+SILENCE_S = 10.0  # an agent that reports no more for so long is lost
+
+_log = logging.getLogger(__name__)
+_ENDED = {phase.value for phase in ENDED}
+_FAILED = "failed"
+
+
+class Verdict(Enum):
+    """How far the mission is."""
+
+    FLYING = "flying"
+    GOAL = "goal reached"
+    TIME = "time limit"
+    STOPPED = "stopped by hand"
+    LOST = "no agent left"
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A cell that somebody declared."""
+
+    cell: tuple[int, int]
+    t_us: int
+    by: int
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """The mission in numbers at one second."""
+
+    t_us: int
+    coverage: float
+    entropy: float
+    uncertainty: float
+    found: int
+    separation_m: float
+
+
+class Judge:
+    """Watches one mission over the bus.
+
+    Args:
+        mission: with the true targets.
+        bus: its session.
+    """
+
+    def __init__(self, mission: Mission, bus: Bus) -> None:
+        self.mission = mission
+        self.verdict = Verdict.FLYING
+        self.reports: dict[int, AgentReport] = {}
+        self.declared: dict[tuple[int, int], Found] = {}
+        self.samples: list[Sample] = []
+        self.tracks: dict[int, list[tuple[float, float, float]]] = {}
+        self.separation = SeparationWatch()
+        self.rejects: Counter[str] = Counter()
+        self._bus = bus
+        self._rule = MERGE_RULES[mission.belief.merge]
+        self._grid = mission.grid
+        prior = np.full(self._grid.shape, mission.belief.prior)
+        self.union: BeliefMap = self._rule.empty(self._grid, prior)
+        self._targets = set(mission.target_cells())
+        self._team = mission.scenario().team
+        self._frames = bus.subscribe("air/**")
+        self._states = bus.subscribe(keys.state("*"))
+        self._truth = bus.subscribe(keys.TRUTH)
+        self._simulated = False
+
+    @property
+    def found(self) -> int:
+        """True targets declared by some agent."""
+        return sum(cell in self._targets for cell in self.declared)
+
+    @property
+    def seen_share(self) -> float:
+        """Share of the cells seen by some agent."""
+        return float(coverage(self.union.seen))
+
+    @property
+    def goal_reached(self) -> bool:
+        """Every target declared and enough of the area seen."""
+        enough = self.seen_share >= self.mission.coverage_goal
+        return enough and self.found == len(self._targets)
+
+    def ended(self, t_us: int) -> bool:
+        """Nobody flies any more, or the time for the way home is over."""
+        if t_us > to_us(self.mission.duration + OVERTIME_S):
+            return True
+        return all(self._gone(agent, t_us) for agent in self._team)
+
+    def step(self, t_us: int) -> None:
+        """Take in what the bus brought; once a second, decide."""
+        for sample in self._truth.drain():
+            truth = decode_truth(sample.data, self.rejects)
+            if truth is not None:
+                self._simulated = True
+                self.separation.add(truth.t_us, truth.position)
+        for sample in self._states.drain():
+            self._report(sample.data)
+        if t_us % SECOND_US == 0:
+            self._second(t_us)
+
+    def stop(self, t_us: int) -> None:
+        """Call all home now, by a person's wish; further calls change nothing."""
+        if self.verdict is Verdict.FLYING:
+            self._call_home(Verdict.STOPPED, t_us)
+
+    def _second(self, t_us: int) -> None:
+        for sample in self._frames.drain():
+            frame = decode_frame(sample.data, self.rejects)
+            if frame is None or frame.rule != self._rule.code:
+                continue
+            records = unpack(self._rule, frame.cells)
+            if records is not None and len(records):
+                self.union, _ = self._rule.merge(self.union, records)
+        for report in self.reports.values():
+            self.tracks.setdefault(report.agent, []).append(report.position)
+        if not self._simulated:
+            self._separation_by_reports(t_us)
+        self.samples.append(
+            Sample(
+                t_us,
+                self.seen_share,
+                float(entropy(self.union.probability)),
+                float(uncertainty(self.union.probability)),
+                self.found,
+                self.separation.take_recent(),
+            )
+        )
+        if self.verdict is Verdict.FLYING:
+            self._decide(t_us)
+        elif not self.ended(t_us):
+            # Said again every second: an order may be lost like anything else.
+            self._bus.publish(keys.cmd(), order_bytes(Order.RETURN))
+
+    def _decide(self, t_us: int) -> None:
+        if self.goal_reached:
+            self._call_home(Verdict.GOAL, t_us)
+        elif to_s(t_us) >= self.mission.duration:
+            self._call_home(Verdict.TIME, t_us)
+        elif self.ended(t_us):
+            self.verdict = Verdict.LOST
+
+    def _call_home(self, verdict: Verdict, t_us: int) -> None:
+        self.verdict = verdict
+        _log.info("%.0f s: %s, all return", to_s(t_us), verdict.value)
+        self._bus.publish(keys.cmd(), order_bytes(Order.RETURN))
+
+    def _report(self, data: bytes) -> None:
+        try:
+            report = decode(data)
+        except msgspec.DecodeError:
+            self.rejects["report"] += 1
+            return
+        self.reports[report.agent] = report
+        for column, row, t_us in report.declared:
+            known = self.declared.get((column, row))
+            if known is None or (t_us, report.agent) < (known.t_us, known.by):
+                self.declared[column, row] = Found((column, row), t_us, report.agent)
+
+    def _gone(self, agent: int, t_us: int) -> bool:
+        report = self.reports.get(agent)
+        if report is None:
+            return to_s(t_us) > SILENCE_S
+        return report.phase in _ENDED or to_s(t_us - report.t_us) > SILENCE_S
+
+    def _separation_by_reports(self, t_us: int) -> None:
+        flying = [r.position for r in self.reports.values() if r.in_air]
+        self.separation.add(t_us, np.array(flying).reshape(-1, 3), ground_m=-inf)
+
+    def failures(self) -> tuple[str, ...]:
+        """What went wrong with agents, by id."""
+        texts = []
+        for agent in self._team:
+            report = self.reports.get(agent)
+            if report is None:
+                texts.append(f"agent {agent}: never reported")
+            elif report.phase == _FAILED or report.failure:
+                texts.append(f"agent {agent}: {report.failure or 'failed'}")
+            elif report.phase not in _ENDED:
+                texts.append(f"agent {agent}: last heard in phase {report.phase}")
+        return tuple(texts)
+
+    def track(self, agent: int) -> F64:
+        """(k, 3) ENU m, one a second."""
+        return np.array(self.tracks.get(agent, [])).reshape(-1, 3)
+
+    def latest(self) -> Sample:
+        """The newest sample."""
+        return self.samples[-1] if self.samples else Sample(0, 0.0, nan, nan, 0, nan)

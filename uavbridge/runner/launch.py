@@ -1,0 +1,180 @@
+"""Fly a mission from start to report."""
+
+from __future__ import annotations
+
+import logging
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from types import FrameType
+
+import msgspec
+from rich.console import Console
+
+from planners.planner import PlannerKind
+from uavbridge.clock import SECOND_US, to_us, wall_date, wall_s
+from uavbridge.config import Mission, to_toml
+from uavbridge.errors import ConfigError
+from uavbridge.monitor.progress import ProgressView
+from uavbridge.recording.recorder import Recorder
+from uavbridge.recording.topics import MissionRecord, ScoreRecord, known
+from uavbridge.report.page import write_report
+from uavbridge.report.result import MissionResult
+from uavbridge.report.summary import summary_json, summary_text
+from uavbridge.runner import assemble
+from uavbridge.runner.host import AgentHost
+from uavbridge.runner.judge import Judge
+from uavbridge.runner.outcome import Outcome, result_of, versions
+from uavbridge.runner.paced import fly_paced
+from uavbridge.runner.snapshot import facts_of, snapshot_of
+from uavbridge.runner.stepped import fly_stepped
+
+# A stepped mission happens at no particular date; this one makes its files equal byte for byte.
+STEPPED_EPOCH = datetime(2025, 1, 1, tzinfo=UTC)
+
+_log = logging.getLogger(__name__)
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C for the second time: stop at once."""
+
+
+def launch(mission: Mission, *, kind: PlannerKind | None = None) -> Outcome:
+    """Fly, record, report.
+
+    Args:
+        mission: checked, with targets.
+        kind: the planner; None: the installed one that the mission names.
+
+    Raises:
+        UavbridgeError: it cannot be flown; the message says why.
+    """
+    folder = _folder(mission)
+    result = fly(mission, folder=folder, kind=kind, console=Console(stderr=mission.json))
+    write_report(result, folder)
+    (folder / "summary.json").write_bytes(summary_json(result))
+    good = result.reached_goal and not result.failures
+    return Outcome(
+        summary=msgspec.json.decode(summary_json(result)),
+        text=summary_text(result),
+        exit_status=0 if good else 1,
+    )
+
+
+def fly(
+    mission: Mission,
+    *,
+    folder: Path | None,
+    kind: PlannerKind | None = None,
+    console: Console | None = None,
+) -> MissionResult:
+    """Fly a mission; write its recording to ``folder``, unless that is None."""
+    planner = assemble.planner_of(mission, kind)
+    stepped = mission.clock == "stepped"
+    date = STEPPED_EPOCH if stepped else wall_date()
+    began_s = wall_s()
+    recorder = Recorder(
+        folder or Path(),
+        mission_name=mission.name,
+        epoch_ns=int(date.timestamp()) * SECOND_US * 1000,
+        mcap=folder is not None and mission.recording.mcap,
+    )
+    flown_us = 0
+    with recorder, _interrupts() as stop, _view(mission, console) as view:
+        recorder.record("mission", 0, _mission_record(mission))
+
+        def progress(t_us: int, judge: Judge, host: AgentHost) -> None:
+            nonlocal flown_us
+            flown_us = t_us
+            if t_us % SECOND_US == 0:
+                _record_score(recorder, judge)
+            view(t_us, judge, host)
+
+        run = fly_stepped if stepped else fly_paced
+        flown = run(mission, planner, recorder=recorder, progress=progress, stop=stop)
+        result = result_of(
+            flown.judge,
+            duration_us=flown_us,
+            wall_s=wall_s() - began_s,
+            out=str(folder or ""),
+            digest=recorder.digest(),
+            events=flown.host.events,
+        )
+        recorder.write("summary", flown_us, summary_json(result))
+    return result
+
+
+def _folder(mission: Mission) -> Path:
+    """The output folder, made if need be. Raises ConfigError when that cannot be."""
+    if mission.out is None:
+        stem = f"{mission.name}-{wall_date():%Y%m%d-%H%M%S}"
+        folder = Path("runs") / stem
+    else:
+        folder = Path(mission.out)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "mission.toml").write_text(to_toml(mission), encoding="utf-8")
+    except OSError as fault:
+        raise ConfigError(f"out: cannot write to {folder}: {fault.strerror}") from None
+    return folder
+
+
+def _mission_record(mission: Mission) -> MissionRecord:
+    return MissionRecord(to_toml(mission), mission.seed, mission.clock, versions())
+
+
+def _record_score(recorder: Recorder, judge: Judge) -> None:
+    last = judge.latest()
+    record = ScoreRecord(
+        last.coverage, last.entropy, last.uncertainty, last.found, known(last.separation_m)
+    )
+    recorder.record("score", last.t_us, record)
+
+
+@contextmanager
+def _interrupts() -> Iterator[Callable[[], bool]]:
+    """Ctrl-C and SIGTERM ask for an orderly end; a second one raises ``Interrupted``.
+
+    Off the main thread, where Python takes no signals, nothing asks.
+    """
+    asked = 0
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+
+    def on_signal(number: int, _frame: FrameType | None) -> None:
+        nonlocal asked
+        asked += 1
+        if asked > 1:
+            raise Interrupted
+        _log.warning("all vehicles return; once more (Ctrl-C) stops at once")
+
+    before = {s: signal.signal(s, on_signal) for s in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: asked > 0
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _view(
+    mission: Mission, console: Console | None
+) -> Iterator[Callable[[int, Judge, AgentHost], None]]:
+    """The live view, drawn a few times a second of mission time."""
+    if console is None:
+        yield lambda _t_us, _judge, _host: None
+        return
+    with ProgressView(console, facts_of(mission), headless=mission.headless) as shown:
+        every_us = to_us(1.0)
+
+        def draw(t_us: int, judge: Judge, host: AgentHost) -> None:
+            if t_us % every_us == 0:
+                shown.update(snapshot_of(t_us, judge))
+
+        yield draw
+
+

@@ -1,0 +1,120 @@
+"""From what the judge saw to the mission's result."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from uavbridge.clock import to_s
+from uavbridge.config import Mission, to_toml
+from uavbridge.report.result import AgentResult, Event, MissionResult, Series, TargetResult
+from uavbridge.runner.judge import Judge
+
+PACKAGES = ("uavbridge", "numpy", "pymavlink", "eclipse-zenoh", "mcap")
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a launch ended."""
+
+    summary: dict[str, Any]  # the document of --json
+    text: str  # one screen for people
+    exit_status: int  # 0 when the mission did what it was asked
+
+
+def versions() -> dict[str, str]:
+    """Of everything that a result may depend on."""
+    found = {name: version(name) for name in PACKAGES}
+    return {**found, "python": platform.python_version(), "platform": sys.platform}
+
+
+def result_of(
+    judge: Judge, *, duration_us: int, wall_s: float, out: str, digest: str, events: list[Event]
+) -> MissionResult:
+    """Everything a report needs."""
+    mission = judge.mission
+    samples = judge.samples
+    targets = []
+    for target, cell in _targets(mission):
+        found = judge.declared.get(cell)
+        targets.append(
+            TargetResult(
+                cell,
+                None if found is None else to_s(found.t_us),
+                None if found is None else found.by,
+                target,
+            )
+        )
+    cells = {target.cell for target in targets}
+    last = judge.latest()
+    return MissionResult(
+        mission=mission.name,
+        seed=mission.seed,
+        clock=mission.clock,
+        duration_s=to_s(duration_us),
+        wall_s=wall_s,
+        reached_goal=judge.goal_reached,
+        grid=mission.grid,
+        series=Series(
+            np.array([to_s(s.t_us) for s in samples]),
+            np.array([s.coverage for s in samples]),
+            np.array([s.entropy for s in samples]),
+            np.array([s.uncertainty for s in samples]),
+            np.array([s.found for s in samples], dtype=np.int64),
+            np.array([s.separation_m for s in samples]),
+        ),
+        tracks={agent: judge.track(agent) for agent in mission.scenario().team},
+        belief=judge.union.probability,
+        seen=judge.union.seen,
+        coverage=judge.seen_share,
+        uncertainty=last.uncertainty,
+        entropy=last.entropy,
+        targets=tuple(targets),
+        false_targets=tuple(sorted(cell for cell in judge.declared if cell not in cells)),
+        agents=_agents(judge),
+        min_separation_m=judge.separation.closest,
+        coverage_goal=mission.coverage_goal,
+        separation_limit_m=mission.safety.separation_m if mission.safety.separation else np.nan,
+        events=tuple(events),
+        failures=judge.failures(),
+        mission_text=to_toml(mission),
+        versions=versions(),
+        repeat=f"uavbridge launch mission.toml --clock {mission.clock} --seed {mission.seed}",
+        digest=digest,
+        out=out,
+    )
+
+
+def _targets(mission: Mission) -> list[tuple[tuple[float, float], tuple[int, int]]]:
+    """Position and cell of each target, one a cell."""
+    by_cell: dict[tuple[int, int], tuple[float, float]] = {}
+    for target in mission.targets:
+        column, row = mission.grid.cell_of(target.position).tolist()
+        by_cell.setdefault((column, row), target.position)
+    return [(position, cell) for cell, position in by_cell.items()]
+
+
+def _agents(judge: Judge) -> tuple[AgentResult, ...]:
+    results = []
+    for agent in judge.mission.scenario().team:
+        report = judge.reports.get(agent)
+        if report is None:
+            results.append(AgentResult(agent, "silent"))
+            continue
+        results.append(
+            AgentResult(
+                agent,
+                report.phase,
+                report.distance_m,
+                report.frames_sent,
+                report.frames_heard,
+                report.bytes_sent,
+                report.bytes_heard,
+            )
+        )
+    return tuple(results)

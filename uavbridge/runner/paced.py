@@ -1,0 +1,109 @@
+"""A mission in real time, or real time times a factor: UDP, zenoh, two processes.
+
+The simulation runs in a child process and knows the targets; this one hosts the
+router, the agents and the judge. Both count mission time from the same moment
+of the machine's monotonic clock. The loop is the stepped one but for waiting:
+links and mailboxes are drained when a control tick is due, and nothing blocks.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from contextlib import ExitStack
+
+from planners.planner import Planner
+from uavbridge.bus.zenoh_bus import Router, ZenohBus
+from uavbridge.clock import SECOND_US, PacedClock
+from uavbridge.config import Mission
+from uavbridge.mavlink.link import Link
+from uavbridge.mavlink.udp import UdpLink
+from uavbridge.mavlink.urls import open_link
+from uavbridge.recording.recorder import Recorder
+from uavbridge.runner import assemble
+from uavbridge.runner.control import CONTROL_US, Flown, Progress, build_host, logged
+from uavbridge.runner.host import AgentHost
+from uavbridge.runner.judge import Judge
+from uavbridge.runner.simulation import Simulation
+from uavbridge.vehicle.mavlink import MavlinkVehicle
+
+LOOPBACK = "127.0.0.1"
+LATE_TICKS = 5  # so many ticks late, the next ones but those on a full second are left out
+
+_log = logging.getLogger(__name__)
+
+
+def fly_paced(
+    mission: Mission,
+    planner: Planner,
+    *,
+    recorder: Recorder,
+    progress: Progress,
+    stop: Callable[[], bool],
+) -> Flown:
+    """Fly a whole mission; arguments as of ``fly_stepped``.
+
+    Raises:
+        BusError: no router, or its port is in use.
+        LinkError: a port is in use.
+    """
+    plans = assemble.agent_plans(mission.for_agents(), planner)
+    with ExitStack() as stack:
+        endpoint = mission.bus.router
+        if endpoint is None:
+            endpoint = stack.enter_context(Router(mission.bus.listen)).endpoint
+        bus = stack.enter_context(ZenohBus(endpoint, mission.name))
+        _log.info("zenoh router at %s, keys uavbridge/%s/**", endpoint, mission.name)
+        links = {plan.agent: _link(mission, plan.agent, i) for i, plan in enumerate(plans)}
+        for link in links.values():
+            stack.callback(link.close)
+        ports = {agent: link.port for agent, link in links.items() if isinstance(link, UdpLink)}
+        simulated = [plan.agent for plan in plans if mission.endpoint(plan.agent) is None]
+        simulation = stack.enter_context(
+            Simulation(mission, {agent: ports[agent] for agent in simulated}, endpoint)
+        )
+        judge = Judge(mission, stack.enter_context(ZenohBus(endpoint, mission.name)))
+        clock = simulation.start()
+        vehicles = {
+            agent: MavlinkVehicle(
+                logged(link, agent, recorder, clock), agent, origin=assemble.origin(mission)
+            )
+            for agent, link in links.items()
+        }
+        host = build_host(mission, plans, vehicles, bus, recorder)
+        _loop(clock, host, judge, simulation, progress, stop)
+        return Flown(judge, host)
+
+
+def _loop(
+    clock: PacedClock,
+    host: AgentHost,
+    judge: Judge,
+    simulation: Simulation,
+    progress: Progress,
+    stop: Callable[[], bool],
+) -> None:
+    """Control ticks until the judge sees the end."""
+    t_us, late = 0, 0
+    while not judge.ended(t_us):
+        clock.wait_until(t_us)
+        host.step(t_us)
+        if stop():
+            judge.stop(t_us)
+        judge.step(t_us)
+        progress(t_us, judge, host)
+        simulation.check()
+        t_us += CONTROL_US
+        while t_us % SECOND_US and clock.now_us() - t_us > LATE_TICKS * CONTROL_US:
+            t_us += CONTROL_US
+            late += 1
+    if late:
+        _log.warning("%d control ticks were left out: the machine is too slow for this speed", late)
+
+
+def _link(mission: Mission, agent: int, place: int) -> Link:
+    url = mission.endpoint(agent)
+    if url is not None:
+        return open_link(url)
+    ports = mission.simulator.ports
+    return UdpLink.bind(LOOPBACK, 0 if ports == "auto" else ports + place)

@@ -1,0 +1,72 @@
+"""A mission in lockstep: one process, memory links, as fast as the machine can.
+
+A plain loop over control ticks; what happens at one time has a fixed order:
+vehicles, world, agents by id, judge. The bytes are those of a live flight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from planners.planner import Planner
+from uavbridge.bus.local import LocalHub
+from uavbridge.clock import SteppedClock
+from uavbridge.config import Mission
+from uavbridge.mavlink.link import memory_pair
+from uavbridge.recording.recorder import Recorder
+from uavbridge.runner import assemble
+from uavbridge.runner.control import CONTROL_US, Flown, Progress, build_host, logged
+from uavbridge.runner.judge import Judge
+from uavbridge.runner.world import SimulatedWorld
+from uavbridge.vehicle.mavlink import MavlinkVehicle
+
+
+def fly_stepped(
+    mission: Mission,
+    planner: Planner,
+    *,
+    recorder: Recorder,
+    progress: Progress,
+    stop: Callable[[], bool],
+) -> Flown:
+    """Fly a whole mission.
+
+    Args:
+        mission: with targets.
+        planner: bound to the mission's scenario.
+        recorder: gets everything.
+        progress: called after every control tick.
+        stop: asked at every tick; True calls all home.
+    """
+    hub, clock = LocalHub(), SteppedClock()
+    plans = assemble.agent_plans(mission.for_agents(), planner)
+    agents = tuple(plan.agent for plan in plans)
+    fleet = assemble.fleet_of(mission, agents)
+    links = [memory_pair() for _ in agents]
+    vehicles = {
+        agent: MavlinkVehicle(
+            logged(near, agent, recorder, clock), agent, origin=assemble.origin(mission)
+        )
+        for agent, (near, _) in zip(agents, links, strict=True)
+    }
+    far_ends = [far for _, far in links]
+    world = SimulatedWorld(fleet, agents, assemble.sensor_of(mission, agents), hub.bus())
+    host = build_host(mission, plans, vehicles, hub.bus(), recorder)
+    judge = Judge(mission, hub.bus())
+    t_us = 0
+    while not judge.ended(t_us):
+        clock.wait_until(t_us)
+        fleet.advance(t_us)
+        for index, datagram in fleet.transmit():
+            far_ends[index].send(datagram)
+        world.step(t_us)
+        host.step(t_us)
+        for index, far in enumerate(far_ends):
+            for datagram in far.receive():
+                fleet.receive(index, datagram)
+        if stop():
+            judge.stop(t_us)
+        judge.step(t_us)
+        progress(t_us, judge, host)
+        t_us += CONTROL_US
+    return Flown(judge, host)

@@ -1,0 +1,1 @@
+"""The last word before a setpoint leaves: fence, altitude band, speed, separation."""

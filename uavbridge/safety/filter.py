@@ -1,0 +1,172 @@
+"""The safety filter: the velocity nearest to the wanted one that breaks no rule.
+
+Every rule is a half-space ``n . v <= c`` of the velocity: towards a fence or the
+end of the altitude band no faster than can be stopped in time, towards another
+vehicle no faster than one's own share of what both can stop in time. While
+nobody is too close already, every c is at least 0, standing still satisfies
+all of them, and so a safe velocity always exists; if each vehicle keeps its share,
+no pair comes nearer than the separation distance (a control barrier function).
+
+Plain floats: the sets are tiny, and numpy would cost ten times as much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import hypot, sqrt
+from typing import NamedTuple, TypeAlias
+
+from uavbridge.safety.envelope import Envelope
+
+Vector: TypeAlias = tuple[float, float, float]
+
+ROUNDS = 8  # of cyclic projection; what is left over is scaled away
+SIDESTEP = 0.5  # share of a blocked approach that goes to the right instead
+TOUCHING_M = 1e-6
+
+
+class Traffic(NamedTuple):
+    """Another vehicle, where it is believed to be now (ENU m, m/s)."""
+
+    agent: int
+    position: Vector
+    velocity: Vector
+
+
+class HalfSpace(NamedTuple):
+    """The rule ``x vx + y vy + z vz <= limit`` with a unit normal."""
+
+    x: float
+    y: float
+    z: float
+    limit: float
+
+    def along(self, v: Vector) -> float:
+        """Speed of ``v`` into the rule's direction."""
+        return self.x * v[0] + self.y * v[1] + self.z * v[2]
+
+
+@dataclass(frozen=True, slots=True)
+class Filtered:
+    """A safe velocity and what bent it."""
+
+    velocity: Vector
+    limited_by: tuple[str, ...]  # of "speed", "fence", "altitude", "separation"
+
+
+def constrain(
+    wanted: Vector,
+    position: Vector,
+    traffic: Iterable[Traffic],
+    envelope: Envelope,
+    *,
+    keep_band: bool = True,
+) -> Filtered:
+    """Bend a wanted velocity so that it keeps the envelope.
+
+    Args:
+        wanted: ENU m/s.
+        position: own, ENU m.
+        traffic: the others, as last heard and carried forward to now.
+        envelope: the rules.
+        keep_band: False on the way up from or down to the ground, where the
+            lower end of the altitude band does not hold.
+    """
+    named = [("fence", rule) for rule in _fence(position, envelope)]
+    named += [("altitude", rule) for rule in _band(position, envelope, keep_band)]
+    separation = _separation(wanted, position, traffic, envelope)
+    named += [("separation", rule) for rule, _ in separation]
+    limited = [name for name, rule in named if rule.along(wanted) > rule.limit + 1e-9]
+    slow = _limit_speed(wanted, envelope)
+    if slow != wanted:
+        limited.append("speed")
+    rules = [rule for _, rule in named]
+    velocity = _project(_sidestep(slow, separation), rules, envelope)
+    return Filtered(velocity, tuple(dict.fromkeys(limited)))
+
+
+def _fence(position: Vector, e: Envelope) -> list[HalfSpace]:
+    x, y, _ = position
+    speed = e.braking.approach_speed
+    return [
+        HalfSpace(1.0, 0.0, 0.0, speed(e.east_m - x)),
+        HalfSpace(-1.0, 0.0, 0.0, speed(x - e.west_m)),
+        HalfSpace(0.0, 1.0, 0.0, speed(e.north_m - y)),
+        HalfSpace(0.0, -1.0, 0.0, speed(y - e.south_m)),
+    ]
+
+
+def _band(position: Vector, e: Envelope, keep_band: bool) -> list[HalfSpace]:
+    speed = e.braking.approach_speed
+    rules = [HalfSpace(0.0, 0.0, 1.0, speed(e.altitude_max_m - position[2]))]
+    if keep_band:
+        rules.append(HalfSpace(0.0, 0.0, -1.0, speed(position[2] - e.altitude_min_m)))
+    return rules
+
+
+def _separation(
+    wanted: Vector, position: Vector, traffic: Iterable[Traffic], e: Envelope
+) -> list[tuple[HalfSpace, Vector]]:
+    """A rule per vehicle that matters, and the horizontal direction that passes it on the right."""
+    care = e.care_m
+    rules = []
+    for other in traffic:
+        dx = other.position[0] - position[0]
+        dy = other.position[1] - position[1]
+        dz = other.position[2] - position[2]
+        distance = sqrt(dx * dx + dy * dy + dz * dz)
+        if distance > care:
+            continue
+        if distance < TOUCHING_M:  # the same point: any direction will do, up is free
+            dx, dy, dz, distance = 0.0, 0.0, -1.0, 1.0
+        x, y, z = dx / distance, dy / distance, dz / distance
+        limit = e.braking.share_speed(distance - e.separation_m)
+        flat = hypot(x, y)
+        right = (y / flat, -x / flat, 0.0) if flat > 0.2 else (0.0, 0.0, 0.0)
+        rules.append((HalfSpace(x, y, z, limit), right))
+    return rules
+
+
+def _sidestep(wanted: Vector, separation: list[tuple[HalfSpace, Vector]]) -> Vector:
+    """Turn part of a blocked approach to the right, so that two head-on do not stand still."""
+    x, y, z = wanted
+    for rule, right in separation:
+        excess = rule.along(wanted) - max(rule.limit, 0.0)
+        if excess > 0:
+            x += SIDESTEP * excess * right[0]
+            y += SIDESTEP * excess * right[1]
+    return x, y, z
+
+
+def _limit_speed(v: Vector, e: Envelope) -> Vector:
+    x, y, z = v
+    speed = hypot(x, y)
+    if speed > e.speed_m_s:
+        x, y = x * e.speed_m_s / speed, y * e.speed_m_s / speed
+    return x, y, min(max(z, -e.sink_m_s), e.climb_m_s)
+
+
+def _project(wanted: Vector, rules: list[HalfSpace], e: Envelope) -> Vector:
+    v = _limit_speed(wanted, e)
+    for _ in range(ROUNDS):
+        moved = False
+        for rule in rules:
+            excess = rule.along(v) - rule.limit
+            if excess > 1e-9:
+                v = (v[0] - excess * rule.x, v[1] - excess * rule.y, v[2] - excess * rule.z)
+                moved = True
+        v = _limit_speed(v, e)
+        if not moved:
+            return v
+    return _scale_down(v, rules)
+
+
+def _scale_down(v: Vector, rules: list[HalfSpace]) -> Vector:
+    """Towards standing still until every rule with c >= 0 holds: exact, if not the nearest."""
+    scale = 1.0
+    for rule in rules:
+        along = rule.along(v)
+        if rule.limit >= 0 and along > rule.limit:
+            scale = min(scale, rule.limit / along)
+    return v[0] * scale, v[1] * scale, v[2] * scale
