@@ -45,7 +45,7 @@ class Mission(Table, frozen=True):
         ),
     ]
     area: Area
-    seed: Annotated[int, Meta(ge=0, le=2**63 - 1, description="of all randomness")] = 1
+    seed: Annotated[int, Meta(ge=0, le=2**32 - 1, description="of all randomness")] = 1
     planner: Annotated[str, Meta(description="as `uavbridge planners` lists them")] = (
         DEFAULT_PLANNER
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from math import inf
 from typing import Any
 
 import msgspec
@@ -19,7 +20,7 @@ def json_schema() -> dict[str, Any]:
     del root["properties"]["vehicles"]["default"]
     for part in (root, *parts.values()):
         for key in part["properties"].values():
-            _drop_null(key)
+            _tidy(key)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **root,
@@ -28,12 +29,12 @@ def json_schema() -> dict[str, Any]:
     }
 
 
-def _drop_null(key: dict[str, Any]) -> None:
-    """TOML has no null: a key that may be None is one that may be absent."""
-    alternatives = [part for part in key.get("anyOf", ()) if part.get("type") != "null"]
-    if "default" in key and key["default"] is None:
+def _tidy(key: dict[str, Any]) -> None:
+    """Drop what TOML or JSON cannot spell: null, a whole table as default, infinity."""
+    if "default" in key and (key["default"] in (None, inf) or "$ref" in key):
         del key["default"]
-    if len(alternatives) == 1:
+    alternatives = [part for part in key.get("anyOf", ()) if part.get("type") != "null"]
+    if len(alternatives) == 1:  # a key that may be None is one that may be absent
         del key["anyOf"]
         key.update(alternatives[0])
 

@@ -104,7 +104,9 @@ class Target(Table, frozen=True):
 class Radio(Table, frozen=True):
     """The emulated radio between agents."""
 
-    range_m: Annotated[float, Meta(gt=0.0, description="inf: everybody hears everybody")] = inf
+    range_m: Annotated[
+        float, Meta(gt=0.0, description="inf, the default: everybody hears everybody")
+    ] = inf
     keyframe_s: Annotated[
         float, Meta(gt=0.0, description="time between two full maps of one agent")
     ] = 10.0
