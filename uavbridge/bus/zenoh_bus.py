@@ -11,7 +11,7 @@ import json
 import logging
 import socket
 from collections.abc import Callable
-from typing import Any, Self
+from typing import Any, Self, TypeAlias
 
 import zenoh
 from zenoh import handlers
@@ -24,6 +24,8 @@ from uavbridge.errors import BusError
 PORT = 7447
 LOOPBACK = "127.0.0.1"
 CAPACITY = 8192  # samples a subscription holds between two drains
+
+Read: TypeAlias = Callable[[zenoh.Sample], bytes | None]
 
 _log = logging.getLogger(__name__)
 
@@ -51,9 +53,16 @@ class ZenohMailbox:
         overflows: drains that found the ring full, so that older samples may be lost.
     """
 
-    def __init__(self, declare: Callable[[Any], Any], skip: int, capacity: int) -> None:
+    def __init__(
+        self,
+        declare: Callable[[Any], Any],
+        read: Read,
+        skip: int,
+        capacity: int,
+    ) -> None:
         self.delivered = 0
         self.overflows = 0
+        self._read = read
         self._skip = skip
         self._capacity = capacity
         self._subscriber = declare(handlers.RingChannel(capacity))
@@ -74,17 +83,35 @@ class ZenohMailbox:
         self._subscriber = None
 
     def _take(self, samples: list[Sample]) -> None:
-        receive, skip = self._subscriber.try_recv, self._skip
+        receive, read, skip = self._subscriber.try_recv, self._read, self._skip
         # bounded: a publisher faster than this loop must not hold it for ever
         for _ in range(self._capacity):
             sample = receive()
             if sample is None:
                 return
-            key = str(sample.key_expr)[skip:]
-            gone = sample.kind is zenoh.SampleKind.DELETE
-            samples.append(Sample(key, b"" if gone else sample.payload.to_bytes()))
+            data = read(sample)
+            if data is not None:
+                samples.append(Sample(str(sample.key_expr)[skip:], data))
         self.overflows += 1
         _log.warning("bus: %d samples were waiting, older ones may be lost", self._capacity)
+
+
+def _payload(sample: zenoh.Sample) -> bytes:
+    return sample.payload.to_bytes()
+
+
+class _Tokens:
+    """Liveliness changes; zenoh may tell of the same token more than once."""
+
+    def __init__(self) -> None:
+        self._present: set[str] = set()
+
+    def __call__(self, sample: zenoh.Sample) -> bytes | None:
+        key, here = str(sample.key_expr), sample.kind is zenoh.SampleKind.PUT
+        if here == (key in self._present):
+            return None
+        (self._present.add if here else self._present.discard)(key)
+        return b"1" if here else b""
 
 
 class ZenohBus:
@@ -152,13 +179,15 @@ class ZenohBus:
 
     def subscribe(self, pattern: str) -> ZenohMailbox:
         expression = self._prefix + check(pattern)
-        return self._mailbox(lambda ring: self._session.declare_subscriber(expression, ring))
+        return self._mailbox(
+            lambda ring: self._session.declare_subscriber(expression, ring), _payload
+        )
 
     def watch(self, pattern: str) -> ZenohMailbox:
         expression = self._prefix + check(pattern)
         liveliness = self._session.liveliness()
         return self._mailbox(
-            lambda ring: liveliness.declare_subscriber(expression, ring, history=True)
+            lambda ring: liveliness.declare_subscriber(expression, ring, history=True), _Tokens()
         )
 
     def serve(self, key: str, answer: Callable[[str], bytes | None]) -> None:
@@ -216,9 +245,9 @@ class ZenohBus:
         except zenoh.ZError as fault:
             raise self._closed(fault) from None
 
-    def _mailbox(self, declare: Callable[[Any], Any]) -> ZenohMailbox:
+    def _mailbox(self, declare: Callable[[Any], Any], read: Read) -> ZenohMailbox:
         try:
-            mailbox = ZenohMailbox(declare, len(self._prefix), self._capacity)
+            mailbox = ZenohMailbox(declare, read, len(self._prefix), self._capacity)
         except zenoh.ZError as fault:
             raise self._closed(fault) from None
         self._mailboxes.append(mailbox)
