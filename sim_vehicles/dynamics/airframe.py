@@ -33,27 +33,28 @@ class MultirotorParams:
     speed_m_s: float = 12.0  # horizontal, over ground
     climb_m_s: float = 3.0
     sink_m_s: float = 1.5
-    acceleration_m_s2: float = 3.0  # horizontal change of the velocity reference
-    braking_m_s2: float = 2.5  # what the approach to a position plans with
+    acceleration_m_s2: float = 2.4  # horizontal change of the velocity reference
+    braking_m_s2: float = 2.7  # what the approach to a position plans with
     lift_m_s2: float = 2.0  # vertical change of the velocity reference
-    settling_m_s2: float = 1.5  # vertical braking planned with
+    levelling_m_s2: float = 2.0  # vertical braking planned with
     tilt_rad: float = 0.7
     yaw_rate_rad_s: float = 1.75
-    yaw_acceleration_rad_s2: float = 4.0
+    yaw_acceleration_rad_s2: float = 3.5
 
-    position_gain_1_s: float = 1.0
+    position_gain_1_s: float = 1.2
+    shaping_s: float = 0.5  # lag of the velocity reference
     velocity_gain_1_s: float = 2.0
-    velocity_integral_1_s2: float = 0.6
+    velocity_integral_1_s2: float = 2.0
     lift_gain_1_s: float = 4.0
-    lift_integral_1_s2: float = 1.0
-    attitude_rad_s: float = 12.5  # critically damped: gain 6.25 1/s over a rate lag of 0.04 s
-    yaw_gain_1_s: float = 2.5
+    lift_integral_1_s2: float = 1.5
+    attitude_rad_s: float = 8.0  # critically damped: gain 4 1/s over a rate lag of 0.06 s
+    yaw_gain_1_s: float = 3.5
     yaw_lag_s: float = 0.1
 
     thrust_to_weight: float = 2.0
     idle_thrust: float = 0.05  # share of the largest, while the motors spin
     motor_lag_s: float = 0.05
-    spool_s: float = 2.0  # from idle to full thrust while on the ground
+    spool_s: float = 3.0  # from idle to full thrust while on the ground
     drag_linear_1_s: float = 0.33  # rotors: per mass, per m/s of air speed
     drag_quadratic_1_m: float = 0.008  # body: per mass
     battery: BatteryParams = field(default_factory=BatteryParams)

@@ -34,7 +34,7 @@ class Cascade:
         self._row = np.zeros(n)
 
         p = params
-        self._curve = 2.0 * p.position_gain_1_s**2 / _pair(p.braking_m_s2, p.settling_m_s2)
+        self._curve = 2.0 * p.position_gain_1_s**2 / _pair(p.braking_m_s2, p.levelling_m_s2)
         self._slew = _pair(p.acceleration_m_s2, p.lift_m_s2)
         self._gain = _triple(p.velocity_gain_1_s, p.lift_gain_1_s)
         self._integral_gain = _triple(p.velocity_integral_1_s2, p.lift_integral_1_s2)
@@ -86,11 +86,13 @@ class Cascade:
 
     def _accelerate(self, wanted: F64, velocity: F64, dt_s: float) -> F64:
         size, change, force = self._size, self._change, self._force
+        p = self._params
         most = self._slew * dt_s
+        easy = most / -np.expm1(-dt_s / p.shaping_s)  # changes up to here are exponential
         np.subtract(wanted, self._reference, out=change)
         np.hypot(change[0], change[1], out=size[0])
         np.abs(change[2], out=size[1])
-        np.maximum(size, most, out=size)
+        np.maximum(size, easy, out=size)
         np.divide(most, size, out=size)
         change[:2] *= size[0]
         change[2] *= size[1]
