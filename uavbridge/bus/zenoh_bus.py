@@ -107,7 +107,7 @@ class _Tokens:
         self._present: set[str] = set()
 
     def __call__(self, sample: zenoh.Sample) -> bytes | None:
-        key, here = str(sample.key_expr), sample.kind is zenoh.SampleKind.PUT
+        key, here = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
         if here == (key in self._present):
             return None
         (self._present.add if here else self._present.discard)(key)
