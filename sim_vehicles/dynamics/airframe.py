@@ -19,7 +19,7 @@ class BatteryParams:
     resistance_ohm: float = 0.03
 
     def __post_init__(self) -> None:
-        _require_positive(self)
+        _require_sense(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,15 +60,25 @@ class MultirotorParams:
     battery: BatteryParams = field(default_factory=BatteryParams)
 
     def __post_init__(self) -> None:
-        _require_positive(self)
+        _require_sense(self)
         if self.thrust_to_weight <= 1.0:
             raise ValueError(f"thrust_to_weight must be above 1: {self.thrust_to_weight}")
         if self.tilt_rad > 1.2:
             raise ValueError(f"tilt_rad must be at most 1.2: {self.tilt_rad}")
 
 
-def _require_positive(params: BatteryParams | MultirotorParams) -> None:
+_MAY_BE_ZERO = (
+    *("hover_a", "avionics_a", "resistance_ohm", "idle_thrust"),
+    *("velocity_integral_1_s2", "lift_integral_1_s2", "drag_linear_1_s", "drag_quadratic_1_m"),
+)
+
+
+def _require_sense(params: BatteryParams | MultirotorParams) -> None:
     for each in fields(params):
         value = getattr(params, each.name)
-        if isinstance(value, float | int) and not 0.0 <= value < float("inf"):
+        if isinstance(value, BatteryParams):
+            continue
+        if not 0.0 <= value < float("inf"):
             raise ValueError(f"{each.name} must be finite and not negative: {value}")
+        if value == 0.0 and each.name not in _MAY_BE_ZERO:
+            raise ValueError(f"{each.name} must be positive: {value}")

@@ -9,7 +9,7 @@ from sim_vehicles.dynamics.attitude import Attitude
 from sim_vehicles.dynamics.battery import Battery
 from sim_vehicles.dynamics.cascade import Cascade
 from sim_vehicles.dynamics.demand import Demand
-from sim_vehicles.dynamics.model import F64, Bools, Setpoints, States
+from sim_vehicles.dynamics.model import F64, Setpoints, States
 
 _DEFAULT = MultirotorParams()
 _UNSTICK = 0.05  # m/s2 of lift above weight that takes a vehicle off the ground
@@ -67,8 +67,8 @@ class Multirotor:
         self._battery = Battery(states, params.battery)
         self._off = np.zeros(n, dtype=np.bool_)
         self._idle = np.zeros(n, dtype=np.bool_)
+        self._acceleration = np.zeros((3, n))
         self._vector = np.zeros((3, n))
-        self._other = np.zeros((3, n))
         self._row = np.zeros(n)
 
     @property
@@ -85,8 +85,8 @@ class Multirotor:
             np.copyto(self._demand.turn_rate, 0.0, where=self._idle)
         self._attitude.step(force[:2], self._demand, dt_s)
         self._spin(force[2], some_idle, dt_s)
-        self._move(wind, dt_s)
-        self._touch(some_idle)
+        self._push(wind, some_idle)
+        self._move(dt_s)
 
     def _find_idle(self, setpoints: Setpoints) -> bool:
         """Find who stands or has no power; their loops start anew."""
@@ -120,10 +120,10 @@ class Multirotor:
         np.multiply(thrust, 1.0 / GRAVITY, out=row)
         self._battery.draw(row, dt_s)
 
-    def _move(self, wind: F64, dt_s: float) -> None:
-        p, row, push, air = self._params, self._row, self._vector, self._other
-        velocity = self._velocity
-        np.subtract(velocity, wind.T, out=air)
+    def _push(self, wind: F64, some_idle: bool) -> None:
+        """Acceleration by thrust, gravity and drag; none where the ground holds."""
+        p, row, push, air = self._params, self._row, self._acceleration, self._vector
+        np.subtract(self._velocity, wind.T, out=air)
         np.multiply(air, air, out=push)
         np.add.reduce(push, axis=0, out=row)
         np.sqrt(row, out=row)
@@ -134,25 +134,20 @@ class Multirotor:
         np.multiply(self._attitude.tilt, push[2], out=push[:2])
         push -= air
         push[2] -= GRAVITY
-        np.multiply(velocity, dt_s, out=air)
-        self._position += air
-        np.multiply(push, dt_s, out=air)
-        velocity += air
-        air *= 0.5 * dt_s
-        self._position += air
-
-    def _touch(self, some_idle: bool) -> None:
-        """Stop at the ground, and stay there while thrust does not lift."""
-        on_ground: Bools = self._states.on_ground
-        height, stays = self._position[2], self._idle
-        np.less_equal(height, self._ground, out=stays)
         if some_idle:
-            np.less(self._vector[2], _UNSTICK, out=self._off)
-            np.logical_and(on_ground, self._off, out=on_ground)
-            np.logical_or(on_ground, stays, out=on_ground)
-        elif stays.any():
-            on_ground[:] = stays
-        else:
-            return
-        np.copyto(height, self._ground, where=on_ground)
-        np.copyto(self._velocity, 0.0, where=on_ground)
+            held = np.less(push[2], _UNSTICK, out=self._idle)
+            np.logical_and(held, self._states.on_ground, out=held)
+            np.copyto(push, 0.0, where=held)
+
+    def _move(self, dt_s: float) -> None:
+        position, velocity, change = self._position, self._velocity, self._vector
+        np.multiply(velocity, dt_s, out=change)
+        position += change
+        np.multiply(self._acceleration, dt_s, out=change)
+        velocity += change
+        change *= 0.5 * dt_s
+        position += change
+        on_ground = np.less_equal(position[2], self._ground, out=self._states.on_ground)
+        if on_ground.any():
+            np.copyto(position[2], self._ground, where=on_ground)
+            np.copyto(velocity, 0.0, where=on_ground)

@@ -58,7 +58,9 @@ class Wind:
         self._rng = np.random.default_rng(rng)
         self._mean = np.array(spec.mean_m_s, dtype=np.float64)
         self._sigma = np.array([spec.gust_m_s, spec.gust_m_s, spec.gust_up_m_s])
-        self._gust = self._rng.standard_normal((n, 3)) * self._sigma
+        self._gust = np.zeros((n, 3))
+        if not spec.calm:
+            self._gust += self._rng.standard_normal((n, 3)) * self._sigma
         self._kick = np.zeros((n, 3))
         self._wind: F64 = self._mean + self._gust
         self._dt_s = 0.0
