@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planners.belief.merge import SensorModel
-from planners.belief.merge import MergeRule
+from planners.belief.merge import MergeRule, SensorModel
 from planners.planner import Planner
 from planners.types import F64, Scenario
 from uavbridge.safety.envelope import Envelope

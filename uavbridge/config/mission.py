@@ -119,6 +119,10 @@ class Mission(Table, frozen=True):
         """
         return starts.team(self.grid, self.fleet, self.agents, self.vehicles)
 
+    def endpoint(self, agent: int) -> str | None:
+        """Where the agent's vehicle is found; None: it is simulated."""
+        return next((each.endpoint for each in self.agents if each.id == agent), None)
+
     def target_cells(self) -> tuple[tuple[int, int], ...]:
         """(column, row) of the true targets, each cell once, in the file's order."""
         cells = [self.grid.cell_of(target.position) for target in self.targets]

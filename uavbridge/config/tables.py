@@ -66,6 +66,10 @@ class Agent(Table, frozen=True):
     altitude_m: Annotated[
         float | None, Meta(description="search altitude above home, instead of fleet.altitude_m")
     ] = None
+    endpoint: Annotated[
+        str | None,
+        Meta(description='MAVLink endpoint such as "udpin:127.0.0.1:14550"; absent: simulated'),
+    ] = None
 
 
 class Sensor(Table, frozen=True):

@@ -5,12 +5,12 @@ from __future__ import annotations
 from math import pi
 
 import numpy as np
+from sim_vehicles.fleet import Fleet, VehicleSpec
 
 from planners.belief.merge import MERGE_RULES, SensorModel
 from planners.planner import Planner, PlannerKind
 from planners.registry import bind
 from sim_vehicles.dynamics.wind import WindSpec
-from sim_vehicles.fleet import Fleet, VehicleSpec
 from sim_vehicles.geodesy import Geodetic
 from sim_vehicles.world.payload import CellSensor, CellSensorSpec
 from uavbridge import plugins
@@ -128,5 +128,3 @@ def radio_tiling(mission: Mission) -> Tiling:
 def beacon_tiling(mission: Mission) -> Tiling:
     """Tiles of the separation beacon."""
     return Tiling.of(mission.safety.beacon_range_m, mission.safety.speed_m_s)
-
-

@@ -118,8 +118,7 @@ class AgentHost:
                 frames=tuple(frames.get(agent, ())),
                 beacons=tuple(beacons.get(agent, ())),
                 readings=self._readings(seat, t_us),
-                orders=to_all
-                + _orders([sample.data for sample in seat.cmd.drain()], self.rejects),
+                orders=to_all + _orders([sample.data for sample in seat.cmd.drain()], self.rejects),
             )
             before = seat.agent.phase
             for effect in seat.agent.step(inputs):
@@ -256,5 +255,3 @@ def _vector(state: VehicleState) -> Vector:
 def _vector_of(parts: list[float]) -> Vector:
     x, y, z = parts
     return x, y, z
-
-

@@ -52,16 +52,30 @@ def launch(mission: Mission, *, kind: PlannerKind | None = None) -> Outcome:
     Raises:
         UavbridgeError: it cannot be flown; the message says why.
     """
-    folder = _folder(mission)
-    result = fly(mission, folder=folder, kind=kind, console=Console(stderr=mission.json))
-    write_report(result, folder)
-    (folder / "summary.json").write_bytes(summary_json(result))
+    stem = f"{mission.name}-{wall_date():%Y%m%d-%H%M%S}"
+    folder = Path("runs") / stem if mission.out is None else Path(mission.out)
+    result = fly_and_report(mission, folder, kind=kind, console=Console(stderr=mission.json))
     good = result.reached_goal and not result.failures
     return Outcome(
         summary=msgspec.json.decode(summary_json(result)),
         text=summary_text(result),
         exit_status=0 if good else 1,
     )
+
+
+def fly_and_report(
+    mission: Mission,
+    folder: Path,
+    *,
+    kind: PlannerKind | None = None,
+    console: Console | None = None,
+) -> MissionResult:
+    """Fly a mission and leave recording, report and summary in a folder, made if need be."""
+    _prepare(folder, mission)
+    result = fly(mission, folder=folder, kind=kind, console=console)
+    write_report(result, folder)
+    (folder / "summary.json").write_bytes(summary_json(result))
+    return result
 
 
 def fly(
@@ -107,19 +121,13 @@ def fly(
     return result
 
 
-def _folder(mission: Mission) -> Path:
-    """The output folder, made if need be. Raises ConfigError when that cannot be."""
-    if mission.out is None:
-        stem = f"{mission.name}-{wall_date():%Y%m%d-%H%M%S}"
-        folder = Path("runs") / stem
-    else:
-        folder = Path(mission.out)
+def _prepare(folder: Path, mission: Mission) -> None:
+    """Make the output folder. Raises ConfigError when that cannot be."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "mission.toml").write_text(to_toml(mission), encoding="utf-8")
     except OSError as fault:
         raise ConfigError(f"out: cannot write to {folder}: {fault.strerror}") from None
-    return folder
 
 
 def _mission_record(mission: Mission) -> MissionRecord:
@@ -176,5 +184,3 @@ def _view(
                 shown.update(snapshot_of(t_us, judge))
 
         yield draw
-
-

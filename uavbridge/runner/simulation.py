@@ -1,9 +1,9 @@
 """The simulation's process, from outside (``Simulation``) and from inside (``main``).
 
-The child gets one JSON line on standard input: the mission with its targets, the
-UDP port of each agent's vehicle, and the router. It answers ``ready``, gets the
-moment of mission start, and runs until its standard input closes: whatever
-happens to its parent, it ends.
+The child is told on standard input: the mission with its targets, the UDP port of
+each agent's vehicle, and the router. It answers ``ready``, gets the moment of
+mission start, and runs until its standard input closes: whatever happens to its
+parent, it ends.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import Self
 
 import msgspec
 from msgspec import Struct
+from sim_vehicles.fleet import Fleet
 
 from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.clock import PacedClock
@@ -28,13 +29,12 @@ START_IN_S = 0.1  # from the word to mission start
 PATIENCE_S = 5.0  # for a child that was told to end
 
 
-class Order(Struct, frozen=True):
+class Setup(Struct, frozen=True):
     """What the child is told first."""
 
     mission: Mission
     ports: dict[int, int]  # agent -> UDP port its vehicle speaks to
     router: str
-    speed: float
 
 
 class Simulation:
@@ -57,7 +57,8 @@ class Simulation:
             stdout=subprocess.PIPE,
             start_new_session=True,  # Ctrl-C is for the parent to act on
         )
-        self._say(msgspec.json.encode(Order(mission, ports, router, mission.speed)))
+        setup = msgspec.msgpack.encode(Setup(mission, ports, router))
+        self._say(b"%d\n" % len(setup) + setup)
 
     def start(self) -> PacedClock:
         """Wait for the child to be ready and let mission time begin; the clock both share.
@@ -71,7 +72,7 @@ class Simulation:
         if self._process.stdout.readline() != b"ready\n":
             raise UavbridgeError("the simulation could not start")
         epoch_ns = PacedClock(self._speed).epoch_ns + int(START_IN_S * 1e9)
-        self._say(str(epoch_ns).encode())
+        self._say(b"%d\n" % epoch_ns)
         return PacedClock(self._speed, epoch_ns=epoch_ns)
 
     def check(self) -> None:
@@ -94,10 +95,10 @@ class Simulation:
         self._process.stdout.close()
         self._process = None
 
-    def _say(self, line: bytes) -> None:
+    def _say(self, data: bytes) -> None:
         assert self._process is not None
         assert self._process.stdin is not None
-        self._process.stdin.write(line + b"\n")
+        self._process.stdin.write(data)
         self._process.stdin.flush()
 
     def __enter__(self) -> Self:
@@ -114,25 +115,29 @@ class Simulation:
 
 def main() -> int:
     """The child: serve the vehicles until standard input closes."""
-    order = msgspec.json.decode(sys.stdin.buffer.readline(), type=Order)
-    agents = tuple(sorted(order.ports))
-    fleet = assemble.fleet_of(order.mission, agents)
-    with ZenohBus(order.router, order.mission.name) as bus:
-        world = SimulatedWorld(fleet, agents, assemble.sensor_of(order.mission, agents), bus)
+    told = sys.stdin.buffer
+    setup = msgspec.msgpack.decode(told.read(int(told.readline())), type=Setup)
+    agents = tuple(sorted(setup.ports))
+    fleet = assemble.fleet_of(setup.mission, agents)
+    with ZenohBus(setup.router, setup.mission.name) as bus:
+        world = SimulatedWorld(fleet, agents, assemble.sensor_of(setup.mission, agents), bus)
         sys.stdout.write("ready\n")
         sys.stdout.flush()
-        line = sys.stdin.buffer.readline()
-        if not line:
-            return 0
-        stop = threading.Event()
-        threading.Thread(target=_wait_for_end, args=(stop,), daemon=True).start()
-        serve(fleet, world, order, int(line), stop)
+        epoch = told.readline()
+        if epoch:
+            _serve(fleet, world, setup, int(epoch))
     return 0
 
 
-def _wait_for_end(stop: threading.Event) -> None:
-    sys.stdin.buffer.read()
-    stop.set()
+def _serve(fleet: Fleet, world: SimulatedWorld, setup: Setup, epoch_ns: int) -> None:
+    stop = threading.Event()
+
+    def wait_for_end() -> None:
+        sys.stdin.buffer.read()
+        stop.set()
+
+    threading.Thread(target=wait_for_end, daemon=True).start()
+    serve(fleet, setup, world, epoch_ns, stop)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,243 @@
+"""One agent through a whole mission, on a point vehicle: phases, refusals, orders."""
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+
+from planners.belief.merge import BeliefUpdate, SensorModel
+from planners.grid import Grid
+from planners.types import FlyVelocity, Goal, GoTo, Reading, Scenario
+from tests.uavbridge.agent.point_vehicle import PointVehicle
+from uavbridge.agent.agent import Agent
+from uavbridge.agent.effects import Do, Inputs, Order, Publish, Tell
+from uavbridge.agent.phases import NEXT, Phase, check
+from uavbridge.agent.plan import AgentPlan, return_heights
+from uavbridge.bus.wire import Beacon
+from uavbridge.safety.envelope import Envelope
+from uavbridge.vehicle.api import LandHere, Mode
+
+GRID = Grid(0, 0, 100, 10, 10)
+ENVELOPE = Envelope(-50, -50, 1050, 1050, 15, 100)
+STEP_US = 100_000
+
+
+class FlyTo:
+    """A planner that wants one thing."""
+
+    def __init__(self, setpoint):
+        self.setpoint = setpoint
+        self.views = []
+
+    def init(self, view):
+        return 0
+
+    def plan(self, view, memory, rng):
+        self.views.append(view)
+        return Goal(self.setpoint, note=f"decision {memory}"), memory + 1
+
+
+def plan_of(planner, **changes):
+    scenario = Scenario(GRID, (1,), np.array([[100.0, 100.0, 40.0]]), tick_s=1.0)
+    plan = AgentPlan(
+        agent=1,
+        seed=1,
+        scenario=scenario,
+        planner=planner,
+        rule=BeliefUpdate(),
+        sensor=SensorModel(),
+        prior=np.full(GRID.shape, 0.5),
+        envelope=ENVELOPE,
+        start=(100.0, 100.0, 40.0),
+        return_height_m=30.0,
+        duration_s=300.0,
+    )
+    return replace(plan, **changes)
+
+
+class Run:
+    """Steps an agent and its vehicle together."""
+
+    def __init__(self, plan, vehicle=None):
+        self.agent = Agent(plan)
+        self.vehicle = vehicle or PointVehicle((100, 100, 0))
+        self.t_us = 0
+        self.phases = [Phase.CONNECT]
+        self.told = []
+        self.frames = []
+
+    def step(self, **more):
+        events = self.vehicle.advance(self.t_us)
+        inputs = Inputs(t_us=self.t_us, state=self.vehicle.state, events=events, **more)
+        for effect in self.agent.step(inputs):
+            if isinstance(effect, Do):
+                self.vehicle.do(effect.command, self.t_us)
+            elif isinstance(effect, Tell):
+                self.told.append(effect)
+            elif isinstance(effect, Publish):
+                self.frames.append(effect.frame)
+        if self.agent.phase is not self.phases[-1]:
+            self.phases.append(self.agent.phase)
+        self.t_us += STEP_US
+
+    def until(self, phase, limit_s=200, **more):
+        end = self.t_us + limit_s * 1_000_000
+        while self.agent.phase is not phase:
+            assert self.t_us < end, (self.agent.phase, self.vehicle.state)
+            self.step(**more)
+        return self
+
+
+def test_a_mission_from_the_ground_to_the_ground():
+    planner = FlyTo(GoTo(np.array([500.0, 500.0, 40.0])))
+    run = Run(plan_of(planner))
+    run.until(Phase.SEARCH)
+    for _ in range(1000):
+        run.step()
+    assert np.linalg.norm(run.vehicle.state.position - (500, 500, 40)) < 2.0
+    run.step(orders=(Order.RETURN,))
+    run.until(Phase.DONE, 400)
+    assert run.phases == [
+        Phase.CONNECT,
+        Phase.ARM,
+        Phase.TAKEOFF,
+        Phase.CLIMB,
+        Phase.SEARCH,
+        Phase.RISE,
+        Phase.HOME,
+        Phase.DESCEND,
+        Phase.LAND,
+        Phase.DONE,
+    ]
+    home = run.vehicle.state.position
+    assert np.hypot(home[0] - 100, home[1] - 100) < 2.5
+    assert not run.vehicle.state.armed
+    assert run.agent.flight.failure == ""
+
+
+def test_it_returns_by_itself_at_the_time_limit():
+    run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))), duration_s=60.0))
+    run.until(Phase.RISE)
+    assert 60.0 <= run.t_us / 1e6 < 60.5
+    run.until(Phase.DONE)
+
+
+def test_a_velocity_keeps_the_search_height_and_the_fence():
+    run = Run(plan_of(FlyTo(FlyVelocity(np.array([9.0, 0.0, 0.0])))))
+    run.until(Phase.SEARCH)
+    for _ in range(1500):
+        run.step()
+        assert run.vehicle.state.position[0] < ENVELOPE.east_m + 1.0
+        assert abs(run.vehicle.state.position[2] - 40.0) < 3.0
+    assert run.vehicle.state.position[0] > 1000
+
+
+def test_decisions_come_at_the_planners_tick_with_the_readings_since():
+    planner = FlyTo(GoTo(np.array([500.0, 500.0, 40.0])))
+    run = Run(plan_of(planner)).until(Phase.SEARCH)
+    run.step(readings=(Reading(run.t_us, (1, 1), True),))
+    first = len(planner.views)
+    for _ in range(50):
+        run.step()
+    assert len(planner.views) - first in (4, 5)
+    assert [view.tick for view in planner.views] == list(range(len(planner.views)))
+    assert sum(len(view.readings) for view in planner.views) == 1
+    view = planner.views[-1]
+    assert view.belief[1, 1] == pytest.approx(0.9 / 0.95)
+    assert view.seen[1, 1]
+    assert view.seen.sum() == 1
+
+
+def test_changed_cells_travel_once_and_all_in_keyframes():
+    run = Run(plan_of(FlyTo(GoTo(np.array([500.0, 500.0, 40.0]))))).until(Phase.SEARCH)
+    run.frames.clear()
+    run.step(readings=(Reading(run.t_us, (1, 1), False), Reading(run.t_us, (2, 2), False)))
+    for _ in range(210):
+        run.step()
+    sizes = [len(frame.cells) // BeliefUpdate().record.itemsize for frame in run.frames]
+    assert sorted(set(sizes)) == [0, 2]
+    assert sizes.count(2) in (3, 4)  # the change, and a keyframe every ten seconds
+
+
+def test_a_refusal_to_arm_ends_in_failure_that_says_why():
+    vehicle = PointVehicle((100, 100, 0), refusal="Compass not calibrated")
+    run = Run(plan_of(FlyTo(GoTo(np.zeros(3)))), vehicle).until(Phase.FAILED, 100)
+    assert run.agent.flight.failure == "refused to arm: Compass not calibrated"
+    assert (
+        sum("Compass" in tell.text for tell in run.told) == 2
+    )  # once when it began, once as the end
+    assert not vehicle.state.in_air
+
+
+def test_a_vehicle_that_never_answers_ends_in_failure():
+    run = Run(plan_of(FlyTo(GoTo(np.zeros(3)))), PointVehicle((0, 0, 0), silent=True))
+    run.until(Phase.FAILED, 100)
+    assert "never answered" in run.agent.flight.failure
+
+
+def test_a_pilot_who_takes_the_sticks_has_the_vehicle():
+    run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))))).until(Phase.SEARCH)
+    run.vehicle.set_mode(Mode.MANUAL)
+    run.until(Phase.YIELDED)
+    before = len(run.vehicle.commands)
+    for _ in range(100):
+        run.step()
+    assert len(run.vehicle.commands) == before
+    assert run.agent.flight.failure
+
+
+def test_hold_and_resume_and_land():
+    run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))))).until(Phase.SEARCH)
+    run.step(orders=(Order.HOLD,))
+    assert run.agent.phase is Phase.PAUSE
+    for _ in range(80):
+        run.step()
+    here = run.vehicle.state.position.copy()
+    for _ in range(50):
+        run.step()
+    assert np.linalg.norm(run.vehicle.state.position - here) < 0.5
+    run.step(orders=(Order.RESUME,))
+    assert run.agent.phase is Phase.SEARCH
+    run.step(orders=(Order.LAND,))
+    run.until(Phase.DONE)
+    assert any(isinstance(command, LandHere) for command in run.vehicle.commands)
+
+
+def test_nobody_descends_on_somebody_below():
+    run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))))).until(Phase.SEARCH)
+    run.step(orders=(Order.RETURN,))
+    run.until(Phase.HOME)
+    for _ in range(400):
+        below = Beacon(2, run.t_us, (101.0, 100.0, 12.0), (0.0, 0.0, 0.0))
+        run.step(beacons=(below,))
+    assert run.agent.phase is Phase.HOME
+    run.until(Phase.DONE)
+
+
+def test_return_heights_differ_and_fit_the_band():
+    heights = return_heights(10, ENVELOPE, 12.0)
+    assert min(heights) >= ENVELOPE.altitude_min_m
+    assert max(heights) <= ENVELOPE.altitude_max_m
+    assert len(set(heights)) == 8
+    assert all(abs(a - b) >= 12.0 for a, b in zip(heights, heights[1:], strict=False))
+    assert return_heights(3, replace(ENVELOPE, altitude_max_m=16.0), 12.0) == [15.0] * 3
+
+
+def test_the_phase_table_is_closed_and_ends():
+    assert set(NEXT) == set(Phase)
+    with pytest.raises(RuntimeError, match="no way"):
+        check(Phase.DONE, Phase.SEARCH)
+    reached, front = set(), {Phase.CONNECT}
+    while front:
+        reached |= front
+        front = {after for phase in front for after in NEXT[phase]} - reached
+    assert reached == set(Phase)
+
+
+def test_the_odometer_counts_flight():
+    run = Run(plan_of(FlyTo(GoTo(np.array([300.0, 100.0, 40.0]))))).until(Phase.SEARCH)
+    for _ in range(600):
+        run.step()
+    assert 235 < run.agent.flight.distance_m < 260
+    assert run.agent.flight.distance_m < inf
