@@ -103,7 +103,8 @@ class Topic:
     def schema(self) -> tuple[str, str, bytes]:
         """MCAP schema: name, encoding, data."""
         if self.struct is None:
-            return f"uavbridge.{self.name}", self.encoding, self.schema_text.encode()
+            encoding = "jsonschema" if self.encoding == "json" else self.encoding
+            return f"uavbridge.{self.name}", encoding, self.schema_text.encode()
         document = _flat_schema(self.struct)
         return f"uavbridge.{self.struct.__name__}", "jsonschema", msgspec.json.encode(document)
 

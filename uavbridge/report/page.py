@@ -1,0 +1,194 @@
+"""``report.html``: one page that stands alone, on screen and on paper.
+
+Every text that comes from a mission, an agent or a vehicle goes through
+``escape``; the page forbids scripts and the network to itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+
+from uavbridge.report.figures import bytes_figure, map_figure, progress_figure, separation_figure
+from uavbridge.report.quantity import count, data_size, duration, number
+from uavbridge.report.result import AgentResult, MissionResult
+from uavbridge.report.summary import summary_json
+
+REPORT_NAME, SUMMARY_NAME = "report.html", "summary.json"
+
+
+def write_report(result: MissionResult, folder: Path) -> Path:
+    """Write ``report.html`` and ``summary.json`` into the folder; the path of the page."""
+    (folder / SUMMARY_NAME).write_bytes(summary_json(result))
+    path = folder / REPORT_NAME
+    path.write_text(report_page(result), encoding="utf-8", errors="replace")
+    return path
+
+
+def report_page(result: MissionResult) -> str:
+    """The page as text."""
+    sections = (
+        _section("Map", _figure(map_figure(result), _map_caption(result))),
+        _section("Progress", _figure(progress_figure(result), _PROGRESS_CAPTION)),
+        _section("Targets", _targets(result)),
+        _section("Separation", _figure(separation_figure(result), _SEPARATION_CAPTION)),
+        _section("Radio", _figure(bytes_figure(result.agents), _RADIO_CAPTION)),
+        _section("Agents", _agents(result.agents)),
+        _section("Events", _events(result)),
+        _section("How to repeat", _repeat(result)),
+        _section("Mission file", f"<pre>{escape(result.mission_text) or '-'}</pre>"),
+    )
+    return _PAGE.format(
+        title=escape(result.mission),
+        style=files("uavbridge.report").joinpath("report.css").read_text(encoding="utf-8"),
+        head=_head(result),
+        sections="\n".join(section for section in sections if section),
+    )
+
+
+_PAGE = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy"
+ content="default-src 'none'; style-src 'unsafe-inline'; img-src data:">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title}: mission report</title>
+<style>
+{style}</style>
+</head>
+<body>
+{head}
+{sections}
+</body>
+</html>
+"""
+
+_PROGRESS_CAPTION = (
+    "Over the union of all agents' maps. Entropy counts both outcomes of each cell; the one-sided "
+    "sum of Liu 2022 (−Σ P log₂ P) rises at first visits. Dotted: a target is declared."
+)
+_SEPARATION_CAPTION = "True distance between the two closest airborne vehicles, in all phases."
+_RADIO_CAPTION = "Frames on the emulated radio, as offered by and delivered to each agent."
+
+
+def _head(result: MissionResult) -> str:
+    kind, verdict = (
+        ("reached", "goal reached") if result.reached_goal else ("missed", "goal missed")
+    )
+    speed = (
+        f", {result.duration_s / result.wall_s:.1f} times real time" if result.wall_s > 0 else ""
+    )
+    facts = (
+        f"seed {result.seed} · {escape(result.clock)} clock · {len(result.agents)} agents · "
+        f"{duration(result.duration_s)} min of mission time in {result.wall_s:.1f} s{speed}"
+    )
+    failures = "".join(f"<li>{escape(text)}</li>" for text in result.failures)
+    return (
+        f'<h1>{escape(result.mission)} <span class="verdict {kind}">{verdict}</span></h1>\n'
+        f'<p class="facts">{facts}</p>\n'
+        + (f'<ul class="failures">{failures}</ul>\n' if failures else "")
+        + f'<div class="tiles">{"".join(_tiles(result))}</div>'
+    )
+
+
+def _tiles(result: MissionResult) -> Iterable[str]:
+    goal = "" if math.isnan(result.coverage_goal) else f", goal {result.coverage_goal:.0%}"
+    limit = result.separation_limit_m
+    beyond = "" if math.isnan(limit) else f", limit {limit:g} m"
+    false = len(result.false_targets)
+    sent = sum(agent.bytes_sent for agent in result.agents)
+    frames = sum(agent.frames_sent for agent in result.agents)
+    flown = sum(agent.distance_m for agent in result.agents)
+    yield _tile(f"{result.found} / {len(result.targets)}", f"targets declared, {false} false")
+    yield _tile(number(result.coverage * 100, "%"), f"coverage{goal}")
+    yield _tile(
+        number(result.entropy, "bits"), f"entropy; one-sided {number(result.uncertainty, '')}"
+    )
+    yield _tile(number(result.min_separation_m, "m"), f"closest pair{beyond}")
+    yield _tile(data_size(sent), f"sent in {count(frames)} frames")
+    yield _tile(f"{flown / 1000:.1f} km", "flown together")
+
+
+def _tile(value: str, label: str) -> str:
+    return f'<div class="tile"><b>{escape(value)}</b><span>{escape(label)}</span></div>'
+
+
+def _map_caption(result: MissionResult) -> str:
+    grid = result.grid
+    area = f"{grid.columns} × {grid.rows} cells of {grid.cell_m:g} m"
+    return (
+        f"{area}, numbered (column, row) from the south-west; a number marks where an agent began."
+    )
+
+
+def _targets(result: MissionResult) -> str:
+    rows = [
+        (
+            f"({target.cell[0]}, {target.cell[1]})",
+            "not declared" if target.found_at_s is None else duration(target.found_at_s),
+            "-" if target.by is None else str(target.by),
+        )
+        for target in result.targets
+    ]
+    rows += [(f"({c}, {r})", "false: nothing there", "-") for c, r in result.false_targets]
+    return _table(("cell", "declared at (min:s)", "by agent"), rows, numeric=False)
+
+
+def _agents(agents: Sequence[AgentResult]) -> str:
+    head = ("agent", "state", "flown (m)", "frames sent", "frames heard", "sent", "heard")
+    rows = [
+        (
+            str(agent.id), agent.state, f"{agent.distance_m:,.0f}", count(agent.frames_sent),
+            count(agent.frames_heard), data_size(agent.bytes_sent), data_size(agent.bytes_heard),
+        )
+        for agent in agents
+    ]  # fmt: skip
+    return _table(head, rows, numeric=True)
+
+
+def _events(result: MissionResult) -> str:
+    rows = [
+        (duration(event.t_s), "-" if event.agent is None else str(event.agent), event.text)
+        for event in result.events
+    ]
+    return _table(("time (min:s)", "agent", "what"), rows, numeric=False) if rows else ""
+
+
+def _repeat(result: MissionResult) -> str:
+    facts = [
+        ("seed", str(result.seed)),
+        ("clock", result.clock),
+        ("digest", result.digest or "-"),
+        ("output", result.out or "-"),
+        *result.versions.items(),
+    ]
+    body = "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in facts)
+    command = f"<pre>{escape(result.repeat)}</pre>\n" if result.repeat else ""
+    return f"{command}<dl>{body}</dl>"
+
+
+def _section(title: str, body: str) -> str:
+    return f"<section>\n<h2>{title}</h2>\n{body}\n</section>" if body else ""
+
+
+def _figure(svg: str, caption: str) -> str:
+    return f"<figure>\n{svg}\n<figcaption>{caption}</figcaption>\n</figure>"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numeric: bool) -> str:
+    """A table; ``numeric``: all columns after the second are numbers."""
+
+    def line(tag: str, cells: Sequence[str]) -> str:
+        classes = [' class="n"' if numeric and place > 1 else "" for place in range(len(cells))]
+        pairs = zip(classes, cells, strict=True)
+        return "".join(f"<{tag}{kind}>{escape(cell)}</{tag}>" for kind, cell in pairs)
+
+    body = "\n".join(f"<tr>{line('td', row)}</tr>" for row in rows)
+    return (
+        f'<div class="wide"><table>\n<thead><tr>{line("th", head)}</tr></thead>\n'
+        f"<tbody>\n{body}\n</tbody></table></div>"
+    )

@@ -1,0 +1,105 @@
+"""What a mission came to, as plain values and arrays.
+
+``uavbridge.run`` hands this back, and the report, ``summary.json`` and the
+text at the end are made from it and nothing else. ENU metres in the mission
+frame, seconds of mission time; NaN where a number is not known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planners.grid import Grid
+from planners.types import F64, I64, Bools
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Series:
+    """How the mission went, sampled over time; all arrays (k,)."""
+
+    t_s: F64
+    coverage: F64  # share of cells seen by some agent
+    entropy: F64  # bits, of the union of maps
+    uncertainty: F64  # Liu 2022, one-sided
+    declared: I64  # true targets declared so far
+    separation_m: F64  # closest airborne pair; NaN with fewer than two in the air
+
+    @staticmethod
+    def empty() -> Series:
+        """No samples."""
+        none = np.zeros(0)
+        return Series(none, none, none, none, np.zeros(0, np.int64), none)
+
+
+@dataclass(frozen=True, slots=True)
+class TargetResult:
+    """One true target."""
+
+    cell: tuple[int, int]  # (column, row)
+    found_at_s: float | None = None  # None: no agent declared its cell
+    by: int | None = None
+    position: tuple[float, float] | None = None  # None: somewhere in its cell
+
+
+@dataclass(frozen=True, slots=True)
+class AgentResult:
+    """One agent at the end."""
+
+    id: int
+    state: str  # "landed", "lost", ...
+    distance_m: float = 0.0  # flown
+    frames_sent: int = 0
+    frames_heard: int = 0
+    bytes_sent: int = 0
+    bytes_heard: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that people should know of."""
+
+    t_s: float
+    text: str
+    agent: int | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MissionResult:
+    """One mission, from start to landing."""
+
+    mission: str  # its name
+    seed: int
+    clock: str  # "stepped" or "paced"
+    duration_s: float  # mission time
+    wall_s: float
+    reached_goal: bool
+    grid: Grid
+    series: Series = field(default_factory=Series.empty)
+    tracks: Mapping[int, F64] = field(default_factory=dict)  # agent: (k, 3)
+    belief: F64 | None = None  # (columns, rows) union of the maps at the end; None: not known
+    seen: Bools | None = None  # (columns, rows); None: taken as all seen
+    agent_beliefs: Mapping[int, F64] = field(default_factory=dict)  # agent: (columns, rows)
+    coverage: float = float("nan")
+    uncertainty: float = float("nan")
+    entropy: float = float("nan")
+    targets: tuple[TargetResult, ...] = ()
+    false_targets: tuple[tuple[int, int], ...] = ()  # cells
+    agents: tuple[AgentResult, ...] = ()
+    min_separation_m: float = float("nan")  # airborne pairs, all phases
+    coverage_goal: float = float("nan")
+    separation_limit_m: float = float("nan")
+    events: tuple[Event, ...] = ()
+    failures: tuple[str, ...] = ()
+    mission_text: str = ""
+    versions: Mapping[str, str] = field(default_factory=dict)
+    repeat: str = ""  # the command that flies it again
+    digest: str = ""
+    out: str = ""  # the output folder
+
+    @property
+    def found(self) -> int:
+        """True targets declared."""
+        return sum(target.found_at_s is not None for target in self.targets)

@@ -1,0 +1,173 @@
+"""The results in short: the JSON document of ``--json``, and a screen of text."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import msgspec
+from msgspec import Struct
+
+from uavbridge.report.quantity import count, data_size, duration, number, plain
+from uavbridge.report.result import AgentResult, MissionResult
+
+_WIDTH = 80
+_LISTED = 4  # targets, false targets and failures that the screen names one by one
+
+
+class TargetSummary(Struct, frozen=True):
+    """A true target; null where nobody declared it."""
+
+    cell: tuple[int, int]
+    found_at_s: float | None
+    by: int | None
+
+
+class AgentSummary(Struct, frozen=True):
+    """An agent at the end."""
+
+    id: int
+    state: str
+    distance_m: float
+    frames_sent: int
+    frames_heard: int
+    bytes_sent: int
+    bytes_heard: int
+
+
+class Summary(Struct, frozen=True):
+    """``summary.json``: numbers that are not known are null."""
+
+    mission: str
+    seed: int
+    clock: str
+    duration_s: float
+    wall_s: float
+    coverage: float | None
+    uncertainty: float | None
+    entropy: float | None
+    targets: list[TargetSummary]
+    false_targets: list[tuple[int, int]]
+    agents: list[AgentSummary]
+    min_separation_m: float | None
+    failures: list[str]
+    digest: str
+    out: str
+
+
+def summarise(result: MissionResult) -> Summary:
+    """The document of ``--json``."""
+    return Summary(
+        mission=result.mission,
+        seed=result.seed,
+        clock=result.clock,
+        duration_s=result.duration_s,
+        wall_s=round(result.wall_s, 3),
+        coverage=_finite(result.coverage),
+        uncertainty=_finite(result.uncertainty),
+        entropy=_finite(result.entropy),
+        targets=[TargetSummary(t.cell, t.found_at_s, t.by) for t in result.targets],
+        false_targets=list(result.false_targets),
+        agents=[_agent(agent) for agent in result.agents],
+        min_separation_m=_finite(result.min_separation_m),
+        failures=list(result.failures),
+        digest=result.digest,
+        out=result.out,
+    )
+
+
+def summary_json(result: MissionResult) -> bytes:
+    """``summary.json``: one indented document with a newline at its end."""
+    return msgspec.json.format(msgspec.json.encode(summarise(result)), indent=2) + b"\n"
+
+
+def summary_text(result: MissionResult) -> str:
+    """At most 24 lines of at most 80 columns for the terminal."""
+    verdict = "goal reached" if result.reached_goal else "goal NOT reached"
+    speed = f" ({result.duration_s / result.wall_s:.1f}x)" if result.wall_s > 0 else ""
+    goal = "" if math.isnan(result.coverage_goal) else f", goal {result.coverage_goal:.0%}"
+    limit = (
+        ""
+        if math.isnan(result.separation_limit_m)
+        else f", limit {number(result.separation_limit_m, 'm')}"
+    )
+    flown = sum(agent.distance_m for agent in result.agents)
+    lines = [
+        f"{plain(result.mission)}: {verdict}",
+        "",
+        _row("mission time", f"{duration(result.duration_s)} in {result.wall_s:.1f} s{speed}"),
+        _row("seed, clock", f"{result.seed}, {result.clock}"),
+        _row("coverage", f"{number(result.coverage * 100, '%')}{goal}"),
+        _row("entropy", f"{number(result.entropy, 'bits')}, one-sided {_short(result)}"),
+        *_target_rows(result),
+        _row("closest pair", number(result.min_separation_m, "m") + limit),
+        _row("agents", _states(result)),
+        _row("flown", f"{flown / 1000:.1f} km"),
+        _row("radio", _radio(result)),
+        *_listing("failures", [plain(text) for text in result.failures]),
+        _row("digest", result.digest or "-"),
+        _row("output", plain(result.out) or "-"),
+    ]
+    return "\n".join(line[:_WIDTH].rstrip() for line in lines)
+
+
+def _short(result: MissionResult) -> str:
+    return number(result.uncertainty, "")
+
+
+def _target_rows(result: MissionResult) -> list[str]:
+    total = len(result.targets)
+    false = f", {len(result.false_targets)} false" if result.false_targets else ""
+    rows = [_row("targets", f"{result.found} of {total} declared{false}")]
+    for target in result.targets[:_LISTED]:
+        if target.found_at_s is None:
+            fate = "not found"
+        else:
+            by = "" if target.by is None else f" by agent {target.by}"
+            fate = f"declared at {duration(target.found_at_s)}{by}"
+        rows.append(_row("", f"cell {target.cell[0]},{target.cell[1]} {fate}"))
+    if total > _LISTED:
+        rows.append(_row("", f"and {total - _LISTED} more"))
+    return rows
+
+
+def _listing(name: str, texts: list[str]) -> list[str]:
+    if not texts:
+        return [_row(name, "none")]
+    rows = [_row(name if place == 0 else "", text) for place, text in enumerate(texts[:_LISTED])]
+    if len(texts) > _LISTED:
+        rows.append(_row("", f"and {len(texts) - _LISTED} more"))
+    return rows
+
+
+def _states(result: MissionResult) -> str:
+    states = Counter(plain(agent.state) for agent in result.agents)
+    return ", ".join(f"{total} {state}" for state, total in states.most_common()) or "none"
+
+
+def _radio(result: MissionResult) -> str:
+    agents = result.agents
+    sent, heard = sum(a.frames_sent for a in agents), sum(a.frames_heard for a in agents)
+    sent_bytes = data_size(sum(a.bytes_sent for a in agents))
+    heard_bytes = data_size(sum(a.bytes_heard for a in agents))
+    return f"{count(sent)} frames sent ({sent_bytes}), {count(heard)} heard ({heard_bytes})"
+
+
+def _row(name: str, text: str) -> str:
+    return f"  {name:<13} {text}"
+
+
+def _agent(agent: AgentResult) -> AgentSummary:
+    return AgentSummary(
+        id=agent.id,
+        state=agent.state,
+        distance_m=_finite(agent.distance_m) or 0.0,
+        frames_sent=agent.frames_sent,
+        frames_heard=agent.frames_heard,
+        bytes_sent=agent.bytes_sent,
+        bytes_heard=agent.bytes_heard,
+    )
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
