@@ -57,7 +57,7 @@ def parse_url(url: str) -> Endpoint:
         host, digits = digits, ""
     if mavsdk and not digits:
         digits = str(_DEFAULT_PORT[kind])
-    if not (digits.isascii() and digits.isdigit() and int(digits) <= 65535):
+    if not (digits.isascii() and digits.isdigit() and len(digits) <= 5 and int(digits) <= 65535):
         raise ConfigError(f"{url!r}: the port must be a number 0..65535, not {digits!r}")
     if ":" in host or "/" in host:
         raise ConfigError(f"{url!r}: {host!r} is no host name or IPv4 address")

@@ -29,17 +29,16 @@ from uavbridge.vehicle.api import (
     VehicleState,
 )
 from uavbridge.vehicle.errands import Errands
+from uavbridge.vehicle.readiness import Readiness
 
 logger = logging.getLogger(__name__)
 
 SYSTEM: Final = 245
 COMPONENT: Final = int(mav.MAV_COMP_ID_MISSIONPLANNER)
 SETPOINT_LIFE_US: Final = to_us(0.5)
-SETPOINT_PERIOD_US: Final = to_us(0.1)
+SETPOINT_PERIOD_US: Final = to_us(0.2)
 _SECOND_US = to_us(1.0)
 _ROUND_US = to_us(ROUND_S)
-_COMPLAINT_US = to_us(30.0)  # ArduPilot repeats what is wrong every 30 s
-_TWINS_US = to_us(10.0)
 _WARNING = 4
 
 
@@ -81,6 +80,7 @@ class MavlinkVehicle:
         self._commands = Commands(self._encoder, system)
         self._parameters = Parameters(self._encoder, system)
         self._errands = Errands(self._commands, self._parameters, self._telemetry)
+        self._readiness = Readiness(system, self._telemetry)
         self._wishes = Wishes()
         self._texts = Texts()
         self._handlers: dict[str, Callable[[Any, int], None]] = self._telemetry.handlers | {
@@ -96,7 +96,6 @@ class MavlinkVehicle:
         self._setpoint: Setpoint | None = None
         self._setpoint_until_us = 0
         self._setpoint_due_us = 0
-        self._complaints: dict[str, int] = {}  # text -> when
         self._said: list[VehicleEvent] = []
         self._state: VehicleState | None = None
 
@@ -108,14 +107,11 @@ class MavlinkVehicle:
     @property
     def state(self) -> VehicleState:
         if self._state is None:
-            self._state = self._telemetry.state(
-                link_ok=self._link_ok, waiting_for=self._waiting_for()
-            )
+            silent_us = self._now_us - self._heard_us
+            link_ok = silent_us <= self._timeout_us
+            waiting_for = self._readiness.waiting_for(self._now_us, None if link_ok else silent_us)
+            self._state = self._telemetry.state(link_ok=link_ok, waiting_for=waiting_for)
         return self._state
-
-    @property
-    def _link_ok(self) -> bool:
-        return self._now_us - self._heard_us <= self._timeout_us
 
     def do(self, command: Command, t_us: int) -> None:
         """Ask for something; a setpoint goes out at once.
@@ -202,7 +198,7 @@ class MavlinkVehicle:
 
     def _restarted(self) -> None:
         self._restarts = len(self._telemetry.restarts_us)
-        self._complaints.clear()
+        self._readiness.forget()
         self._setpoint = None
         self._round_us = self._now_us
         self._asked_once = 0
@@ -217,8 +213,7 @@ class MavlinkVehicle:
         for severity, text in self._texts.hear(message, component):
             self._said.append(Said(severity, text))
             self._errands.said(severity, text, t_us)
-            if severity <= _WARNING and not self._telemetry.armed:
-                self._complaints[text] = t_us
+            self._readiness.said(severity, text, t_us)
 
     def _heartbeat(self) -> bytes:
         return self._encoder.pack(
@@ -248,7 +243,7 @@ class MavlinkVehicle:
             return
         if t_us > self._setpoint_until_us:
             self._setpoint = None
-        elif t_us >= self._setpoint_due_us:
+        elif t_us > self._setpoint_due_us:
             out.append(self._setpoint_frame(t_us))
 
     def _setpoint_frame(self, t_us: int) -> bytes:
@@ -261,30 +256,3 @@ class MavlinkVehicle:
             coordinate_frame=mav.MAV_FRAME_LOCAL_NED,
             **(self._setpoint or standstill()),
         )
-
-    def _waiting_for(self) -> tuple[str, ...]:
-        """Why it can not arm yet."""
-        telemetry = self._telemetry
-        if isinstance(telemetry.flavour, str):
-            return (telemetry.flavour,)
-        if not self._link_ok:
-            return (f"silent for {(self._now_us - self._heard_us) / 1e6:.1f} s",)
-        reasons = []
-        recent = [t for t in telemetry.restarts_us[-3:] if self._now_us - t < _TWINS_US]
-        if len(recent) == 3:
-            reasons.append(f"two vehicles seem to use system id {self.system}")
-        if telemetry.armed:
-            return tuple(reasons)
-        since = ", it has restarted" if telemetry.restarts_us else ""
-        if not telemetry.has_position:
-            reasons.append("no position yet" + since)
-        if telemetry.frame is None:
-            reasons.append("origin of its local frame not known yet" + since)
-        if telemetry.checks_failed:
-            recent_texts = [
-                text
-                for text, t_us in self._complaints.items()
-                if self._now_us - t_us <= _COMPLAINT_US
-            ]
-            reasons.append(": ".join(["pre-arm checks fail", "; ".join(recent_texts)]).rstrip(": "))
-        return tuple(reasons)
