@@ -72,9 +72,10 @@ def launch(ctx: click.Context, /, mission: str | None, **options: Any) -> None:
     reached its goal, 1 when not, 2 for bad input.
     """
     from uavbridge import config
-    from uavbridge.run.launch import launch as fly
 
     loaded = config.load(mission, _keys(options))
+    from uavbridge.runner.launch import launch as fly  # late: it takes a second to import
+
     outcome = fly(loaded)
     if loaded.json:
         echo_json(outcome.summary)
