@@ -42,9 +42,9 @@ class Listening:
         near: set[TilePattern] = set(self._tiling.around(positions))
         if near <= self._boxes.keys():
             if len(self._boxes) > len(near):
-                self._leave(self._tiling.around(positions, self._tiling.margin_m))
+                self._leave(self._tiling.around(positions, self._tiling.leave_m))
             return
-        stay = self._tiling.around(positions, self._tiling.margin_m)
+        stay = self._tiling.around(positions, self._tiling.leave_m)
         if len(stay) > MOST_TILES:
             self._enter({WIDE})
             self._leave({WIDE})

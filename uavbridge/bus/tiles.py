@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from uavbridge.bus.keys import Tile
 
-FLIGHT_S = 5.0  # a tile takes at least this long to cross
-MARGIN_S = 2.0  # subscriptions are this much flight ahead, for sender and receiver each
+MARGIN_S = 2.0  # subscriptions are this much flight ahead, of sender and receiver each
+MARGIN_M = 10.0  # and this much, for the error of the position that chose the tile
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,25 +18,30 @@ class Tiling:
 
     Attributes:
         width_m: side of a tile; infinity: one tile for all.
-        reach_m: distance around a receiver within which it must hear every tile.
-        margin_m: beyond reach_m + margin_m a tile is left again.
+        reach_m: a receiver must hear every tile within this distance, at most width_m.
+        leave_m: a tile is left when it is this much farther away; at most width_m / 2, so
+            that there are never more than 16.
     """
 
     width_m: float = math.inf
     reach_m: float = math.inf
-    margin_m: float = 0.0
+    leave_m: float = 0.0
 
     @staticmethod
     def of(range_m: float, speed_m_s: float) -> Tiling:
-        """Tiles as wide as the longest link, but not narrower than some seconds of flight.
+        """Tiles a little wider than the longest link, by some seconds of flight.
 
         The margin covers what both ends fly while a subscription takes effect, and
         the error of the position by which the sender chose its tile.
+
+        Args:
+            range_m: longest link.
+            speed_m_s: fastest vehicle.
         """
         if math.isinf(range_m):
             return Tiling()
-        margin_m = 2.0 * MARGIN_S * speed_m_s + 10.0
-        return Tiling(max(range_m, FLIGHT_S * speed_m_s, 1.0), range_m + margin_m, margin_m)
+        margin_m = 2.0 * MARGIN_S * speed_m_s + MARGIN_M
+        return Tiling(range_m + margin_m, range_m + margin_m, margin_m / 2.0)
 
     def tile_of(self, position: tuple[float, ...]) -> Tile:
         """The tile that holds an ENU position (x, y, ...) in m."""

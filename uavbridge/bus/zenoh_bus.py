@@ -25,7 +25,7 @@ PORT = 7447
 LOOPBACK = "127.0.0.1"
 CAPACITY = 8192  # samples a subscription holds between two drains
 
-Read: TypeAlias = Callable[[zenoh.Sample], bytes | None]
+Read: TypeAlias = Callable[[zenoh.Sample], bytes]
 
 _log = logging.getLogger(__name__)
 
@@ -89,9 +89,7 @@ class ZenohMailbox:
             sample = receive()
             if sample is None:
                 return
-            data = read(sample)
-            if data is not None:
-                samples.append(Sample(str(sample.key_expr)[skip:], data))
+            samples.append(Sample(str(sample.key_expr)[skip:], read(sample)))
         self.overflows += 1
         _log.warning("bus: %d samples were waiting, older ones may be lost", self._capacity)
 
@@ -100,18 +98,8 @@ def _payload(sample: zenoh.Sample) -> bytes:
     return sample.payload.to_bytes()
 
 
-class _Tokens:
-    """Liveliness changes; zenoh may tell of the same token more than once."""
-
-    def __init__(self) -> None:
-        self._present: set[str] = set()
-
-    def __call__(self, sample: zenoh.Sample) -> bytes | None:
-        key, here = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
-        if here == (key in self._present):
-            return None
-        (self._present.add if here else self._present.discard)(key)
-        return b"1" if here else b""
+def _token(sample: zenoh.Sample) -> bytes:
+    return b"1" if sample.kind == zenoh.SampleKind.PUT else b""
 
 
 class ZenohBus:
@@ -187,7 +175,7 @@ class ZenohBus:
         expression = self._prefix + check(pattern)
         liveliness = self._session.liveliness()
         return self._mailbox(
-            lambda ring: liveliness.declare_subscriber(expression, ring, history=True), _Tokens()
+            lambda ring: liveliness.declare_subscriber(expression, ring, history=True), _token
         )
 
     def serve(self, key: str, answer: Callable[[str], bytes | None]) -> None:

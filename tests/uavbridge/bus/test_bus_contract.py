@@ -1,46 +1,15 @@
 """What every bus does, local or live."""
 
 import time
-from collections.abc import Callable, Iterator
 
 import pytest
 
-from uavbridge.bus.api import Bus, Mailbox, Sample
-from uavbridge.bus.local import LocalHub
-from uavbridge.bus.zenoh_bus import Router, ZenohBus
+from tests.uavbridge.bus.sessions import PATIENCE_S, LocalSessions, Sessions, ZenohSessions
+from uavbridge.bus.api import Sample
 from uavbridge.errors import BusError
 
-PATIENCE_S = 5.0
 
-
-class Contract:
-    """Each test gets ``session``: a new session of the same mission at every call."""
-
-    session: Callable[[], Bus]
-
-    def collect(self, mailbox: Mailbox, count: int) -> list[Sample]:
-        """The next samples; on a live bus they take a moment."""
-        samples = mailbox.drain()
-        deadline = time.monotonic() + PATIENCE_S
-        while len(samples) < count and time.monotonic() < deadline:
-            time.sleep(0.002)
-            samples += mailbox.drain()
-        return samples
-
-    def settle(self, sender: Bus, *receivers: Bus) -> None:
-        """Return when what the sender published so far, and what all subscribed, is known."""
-        mark = f"obs/settle{time.monotonic_ns()}"
-        boxes = [receiver.subscribe(mark) for receiver in receivers]
-        waiting = list(boxes)
-        deadline = time.monotonic() + PATIENCE_S
-        while waiting and time.monotonic() < deadline:
-            sender.publish(mark, b"")
-            time.sleep(0.002)
-            waiting = [box for box in waiting if not box.drain()]
-        assert not waiting
-        for box in boxes:
-            box.close()
-
+class Contract(Sessions):
     def test_another_session_and_the_own_one_hear_what_is_published(self) -> None:
         a, b = self.session(), self.session()
         here, there = a.subscribe("air/**"), b.subscribe("air/**")
@@ -151,23 +120,9 @@ class Contract:
                 use()
 
 
-class TestLocalBus(Contract):
-    @pytest.fixture(autouse=True)
-    def _sessions(self) -> None:
-        self.session = LocalHub().bus
+class TestLocalBus(Contract, LocalSessions):
+    pass
 
 
-@pytest.mark.integration
-class TestZenohBus(Contract):
-    @pytest.fixture(autouse=True)
-    def _sessions(self, router: Router) -> Iterator[None]:
-        opened: list[ZenohBus] = []
-
-        def session() -> ZenohBus:
-            opened.append(ZenohBus(router.endpoint, "contract"))
-            return opened[-1]
-
-        self.session = session
-        yield
-        for bus in opened:
-            bus.close()
+class TestZenohBus(Contract, ZenohSessions):
+    pass

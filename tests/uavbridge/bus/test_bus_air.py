@@ -1,0 +1,294 @@
+"""Nobody hears what the radio does not carry: the same on the local and on the live bus."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from tests.uavbridge.bus.sessions import LocalSessions, Sessions, ZenohSessions
+from uavbridge.bus import keys
+from uavbridge.bus.air import Air, SafetyBeacons
+from uavbridge.bus.api import Bus
+from uavbridge.bus.messages import FullMap, Truth, decode_map, encode_map, encode_truth
+from uavbridge.bus.tiles import Tiling
+from uavbridge.bus.truth import TruthTrack
+from uavbridge.bus.wire import DELTA, KEYFRAME, Beacon, Frame, Kind, Vector, encode
+from uavbridge.radio import Radio
+from uavbridge.rng import stream
+
+STILL = (0.0, 0.0, 0.0)
+SECOND = 1_000_000
+
+
+def frame(sender: int, position: Vector, t_us: int = 0, tick: int = 0, kind: Kind = DELTA) -> Frame:
+    return Frame(kind, sender, tick, t_us, position, STILL, payload=b"from %d" % sender)
+
+
+def senders(heard: Sequence[Frame]) -> list[int]:
+    return [f.sender for f in heard]
+
+
+class AirTests(Sessions):
+    def sent(self, frames: Sequence[Frame], air: Air, bus: Bus, *listeners: Bus) -> None:
+        self.settle(bus, *listeners)
+        for message in frames:
+            air.send(message)
+        self.settle(bus, *listeners)
+
+    def test_no_byte_of_an_out_of_range_frame_reaches_an_inbox(self) -> None:
+        rng = stream(3, "layouts")
+        one, two = self.session(), self.session()
+        homes = {one: [1, 2, 3], two: [4, 5, 6]}
+        airs = {bus: Air(bus, Radio(400.0), ids) for bus, ids in homes.items()}
+        for tick in range(25):
+            spots = {i: tuple(rng.uniform(0, 900, 3).tolist()) for i in range(1, 7)}
+            self.settle(one, two)
+            self.settle(two, one)
+            for bus, ids in homes.items():
+                for i in ids:
+                    airs[bus].send(frame(i, spots[i], tick * SECOND, tick))
+            self.settle(one, one, two)
+            self.settle(two, one, two)
+            heard = {}
+            for bus, ids in homes.items():
+                heard |= airs[bus].receive({i: spots[i] for i in ids}, tick * SECOND + 1)
+            for i in spots:
+                near = [j for j in spots if j != i and math.dist(spots[i], spots[j]) <= 400.0]
+                assert senders(heard[i]) == near
+                assert [f.payload for f in heard[i]] == [b"from %d" % j for j in near]
+                assert all(f.tick == tick for f in heard[i])
+        for bus, ids in homes.items():
+            assert airs[bus].arrivals == 25 * 6
+            for i in ids:
+                accounts = airs[bus].traffic[i]
+                assert accounts.frames_heard + accounts.dropped["out of range"] == 25 * 5
+
+    @pytest.mark.parametrize(
+        ("at_sending", "at_receiving", "hears"),
+        [(399.0, 401.0, True), (401.0, 399.0, False), (400.0, 900.0, True), (401.0, 0.0, False)],
+    )
+    def test_the_truth_at_sending_time_decides(
+        self, at_sending: float, at_receiving: float, hears: bool
+    ) -> None:
+        bus, far = self.session(), self.session()
+        truth = TruthTrack(far)
+        sender, receiver = Air(bus, Radio(400.0), [1]), Air(far, Radio(400.0), [2], truth=truth)
+        self.settle(bus, far)
+        for t_us, distance in ((0, at_sending), (SECOND, at_receiving)):
+            place = [[0.0, 0.0, 0.0], [distance, 0.0, 0.0]]
+            message = Truth(t_us, (1, 2), np.array(place))
+            bus.publish(keys.TRUTH, encode_truth(message))
+        # what both ends believe is far off, and changes nothing
+        self.sent([frame(1, (-5000.0, 0, 0))], sender, bus, far)
+        heard = receiver.receive({2: (5000.0, 0.0, 0.0)}, SECOND)
+        assert senders(heard[2]) == ([1] if hears else [])
+        assert receiver.unsure == 0
+
+    @pytest.mark.parametrize(("own_x", "hears"), [(399.0, True), (401.0, False)])
+    def test_without_truth_the_beacon_and_the_own_position_decide(
+        self, own_x: float, hears: bool
+    ) -> None:
+        bus, far = self.session(), self.session()
+        sender, receiver = Air(bus, Radio(400.0), [1]), Air(far, Radio(400.0), [2])
+        self.sent([frame(1, STILL)], sender, bus, far)
+        assert senders(receiver.receive({2: (own_x, 0.0, 0.0)}, 0)[2]) == ([1] if hears else [])
+
+    def test_beacons_have_their_own_range_keys_and_accounts(self) -> None:
+        bus, far = self.session(), self.session()
+        air = Air(far, Radio(400.0), [2])
+        source = SafetyBeacons(bus, Radio(100.0), [1])
+        beacons = SafetyBeacons(far, Radio(100.0), [2])
+        self.settle(bus, far)
+        for t_us, x in ((0, 99.0), (SECOND, 101.0)):
+            source.send(Beacon(1, t_us, (x, 0.0, 0.0), STILL))
+        self.settle(bus, far)
+        heard = beacons.receive({2: STILL}, SECOND)
+        assert [b.t_us for b in heard[2]] == [0]
+        assert beacons.traffic[2].dropped == {"out of range": 1}
+        assert air.receive({2: STILL}, SECOND) == {2: []}
+        assert air.arrivals == 0
+        assert source.traffic[1].frames_sent == 2
+        assert source.traffic[1].bytes_sent == 2 * 40
+
+    def test_who_comes_late_sees_everything_by_keyframe_and_by_query(self) -> None:
+        bus, late = self.session(), self.session()
+        air = Air(bus, Radio(400.0), [1])
+        air.send(frame(1, STILL))
+        full = FullMap(1, 0, 0.0, 0.0, 100.0, np.array([[0.25, 1.0]]), np.array([[5, -1]], int))
+        bus.serve(keys.state_map(1), lambda _: encode_map(full))
+        receiver = Air(late, Radio(400.0), [2])
+        people = late.subscribe(keys.state_map("*"))
+        self.settle(bus, late)
+        answers = late.query(keys.state_map("*"))
+        bus.publish(keys.state_map(1), encode_map(full))
+        self.sent([frame(1, STILL, SECOND, 1, KEYFRAME)], air, bus, late)
+        assert [f.kind for f in receiver.receive({2: STILL}, SECOND)[2]] == [KEYFRAME]
+        for samples in (answers, people.drain()):
+            assert [sample.key for sample in samples] == ["state/1/map"]
+            seen = decode_map(samples[0].data)
+            assert seen is not None
+            assert seen.probability.tolist() == [[0.25, 1.0]]
+            assert seen.stamp_us.tolist() == [[5, -1]]
+
+    @pytest.mark.parametrize("count", [2, 10, 20, 40])
+    def test_deliveries_per_process_grow_linearly_with_agents(self, count: int) -> None:
+        """Two processes with half of the agents each: one delivery per agent, tick and process."""
+        ticks = 5
+        one, two = self.session(), self.session()
+        half = count // 2
+        homes = {one: range(half), two: range(half, count)}
+        airs = {bus: Air(bus, Radio(math.inf), tuple(ids)) for bus, ids in homes.items()}
+        for tick in range(ticks):
+            self.settle(one, two)
+            self.settle(two, one)
+            for bus, ids in homes.items():
+                for i in ids:
+                    airs[bus].send(frame(i, STILL, tick * SECOND, tick))
+            self.settle(one, one, two)
+            self.settle(two, one, two)
+            for bus, ids in homes.items():
+                heard = airs[bus].receive({i: STILL for i in ids}, tick * SECOND)
+                assert all(len(frames) == count - 1 for frames in heard.values())
+        assert [air.arrivals for air in airs.values()] == [ticks * count] * 2
+
+    def test_tiles_keep_far_traffic_away_and_nothing_else(self) -> None:
+        rng = stream(4, "flight")
+        tiling = Tiling.of(50.0, 10.0)
+        bus, tiled, plain = self.session(), self.session(), self.session()
+        source = Air(bus, Radio(50.0), range(1, 9), tiling)
+        near = Air(tiled, Radio(50.0), [0], tiling)
+        all_of_it = Air(plain, Radio(50.0), [0])
+        everything = plain.subscribe("air/**")
+        spots = {i: rng.uniform(-300, 300, 3) * (1, 1, 0) for i in range(9)}
+        course = {i: rng.uniform(-10, 10, 3) * (1, 1, 0) for i in range(9)}
+        arrived = 0
+        for tick in range(40):
+            place = {i: tuple((spots[i] + tick * course[i]).tolist()) for i in spots}
+            self.settle(bus, tiled, plain)
+            for i in range(1, 9):
+                source.send(frame(i, place[i], tick * SECOND, tick))
+            self.settle(bus, tiled, plain)
+            arrived += len(everything.drain())
+            heard = near.receive({0: place[0]}, tick * SECOND)
+            in_range = [i for i in range(1, 9) if math.dist(place[0], place[i]) <= 50.0]
+            assert senders(heard[0]) == in_range
+        assert arrived == 40 * 8
+        assert 8 <= near.arrivals < arrived / 2
+        assert all_of_it.arrivals == 0
+
+
+class TestLocalAir(AirTests, LocalSessions):
+    pass
+
+
+class TestZenohAir(AirTests, ZenohSessions):
+    pass
+
+
+class TestAccounts(LocalSessions):
+    """What needs no second implementation to be believed."""
+
+    def test_an_agent_never_hears_its_own_frame(self) -> None:
+        air = Air(self.session(), Radio(math.inf), [1, 2])
+        air.send(frame(1, STILL))
+        heard = air.receive({1: STILL, 2: STILL}, 0)
+        assert (senders(heard[1]), senders(heard[2])) == ([], [1])
+        assert air.traffic[1].dropped == {}
+
+    def test_frames_come_by_sender_and_tick_whatever_the_order_of_arrival(self) -> None:
+        air = Air(self.session(), Radio(math.inf), [1, 2, 3])
+        for sender, tick in ((3, 1), (1, 5), (3, 0), (1, 4)):
+            air.send(frame(sender, STILL, tick, tick))
+        heard = air.receive({1: STILL, 2: STILL, 3: STILL}, 10)
+        assert [(f.sender, f.tick) for f in heard[2]] == [(1, 4), (1, 5), (3, 0), (3, 1)]
+        assert air.receive({1: STILL, 2: STILL, 3: STILL}, 10) == {1: [], 2: [], 3: []}
+
+    def test_bytes_are_counted_where_they_go(self) -> None:
+        told: list[tuple[int, bytes, bool, str]] = []
+        air = Air(self.session(), Radio(400.0), [1, 2, 3], log=lambda *heard: told.append(heard))
+        message = frame(1, STILL)
+        size = air.send(message)
+        assert size == len(encode(message)) == 52 + len(b"from 1")
+        air.receive({1: STILL, 2: (300.0, 0, 0), 3: (500.0, 0, 0)}, 0)
+        one, two, three = (air.traffic[i] for i in (1, 2, 3))
+        assert (one.frames_offered, one.frames_sent, one.bytes_sent) == (1, 1, size)
+        assert (one.frames_heard, two.frames_heard, three.frames_heard) == (0, 1, 0)
+        assert (two.bytes_heard, three.bytes_heard) == (size, 0)
+        assert (two.dropped, three.dropped) == ({}, {"out of range": 1})
+        data = encode(message)
+        assert told == [(2, data, True, "delivered"), (3, data, False, "out of range")]
+
+    def test_what_nobody_may_hear_is_counted(self) -> None:
+        bus = self.session()
+        air = Air(bus, Radio(math.inf), [1, 2])
+        good = encode(frame(7, STILL, SECOND, 1))
+        bus.publish("air/0/0/7", good)
+        bus.publish("air/0/0/7", good)
+        bus.publish("air/0/0/8", good)
+        bus.publish("air/0/0/7", b"\xff" * 60)
+        bus.publish("air/0/0/7", good[:-1])
+        bus.publish("air/0/0/7", encode(frame(7, STILL, 100 * SECOND, 99)))
+        heard = air.receive({1: STILL, 2: STILL}, SECOND)
+        assert [senders(inbox) for inbox in heard.values()] == [[7], [7]]
+        assert air.rejects == {
+            "duplicate": 1,
+            "sender": 1,
+            "magic": 1,
+            "length": 1,
+            "future": 1,
+        }
+        assert air.arrivals == 6
+
+    def test_a_frame_newer_than_the_truth_waits_for_it(self) -> None:
+        truth = TruthTrack()
+        air = Air(self.session(), Radio(400.0), [1, 2], truth=truth)
+        believed = {1: STILL, 2: STILL}
+        truth.add(0, (1, 2), [STILL, STILL])
+        air.send(frame(1, STILL, 1000))
+        assert air.receive(believed, 2000)[2] == []
+        truth.add(2000, (1, 2), [STILL, (900.0, 0, 0)])
+        # halfway between the two samples it was 450 m away
+        assert air.receive(believed, 3000)[2] == []
+        assert air.traffic[2].dropped == {"out of range": 1}
+        assert air.unsure == 0
+
+    @pytest.mark.parametrize("known", [True, False])
+    def test_it_does_not_wait_for_ever(self, known: bool) -> None:
+        truth = TruthTrack()
+        air = Air(self.session(), Radio(400.0), [1, 2], truth=truth)
+        if known:
+            truth.add(0, (1, 2), [STILL, (300.0, 0, 0)])
+        believed = {1: STILL, 2: STILL}
+        air.send(frame(1, STILL, 1000))
+        for t_us in (1000, 250_000, 500_000):
+            assert air.receive(believed, t_us)[2] == []
+        assert senders(air.receive(believed, 501_000)[2]) == [1]
+        assert air.unsure == 1
+
+    def test_an_unlimited_radio_asks_for_no_truth(self) -> None:
+        air = Air(self.session(), Radio(math.inf), [1, 2], truth=TruthTrack())
+        air.send(frame(1, STILL, 1000))
+        assert senders(air.receive({1: STILL, 2: STILL}, 1000)[2]) == [1]
+
+    def test_who_is_no_vehicle_is_where_it_says(self) -> None:
+        truth = TruthTrack()
+        truth.add(0, (2,), [(350.0, 0.0, 0.0)])
+        bus = self.session()
+        air = Air(bus, Radio(400.0), [2], truth=truth)
+        for sender, x in ((50, 0.0), (51, -100.0)):
+            bus.publish(f"air/0/0/{sender}", encode(frame(sender, (x, 0.0, 0.0))))
+        assert senders(air.receive({2: STILL}, 0)[2]) == [50]
+
+    def test_a_process_without_agents_hears_nothing(self) -> None:
+        bus = self.session()
+        air = Air(bus, Radio(math.inf), [])
+        bus.publish("air/0/0/7", encode(frame(7, STILL)))
+        assert air.receive({}, 0) == {}
+
+    def test_a_closed_air_is_silent(self) -> None:
+        bus = self.session()
+        air = Air(bus, Radio(math.inf), [1, 2])
+        air.close()
+        air.send(frame(1, STILL))
+        assert air.receive({1: STILL, 2: STILL}, 0)[2] == []
