@@ -1,0 +1,122 @@
+"""The face an autopilot shows: which numbers stand for its modes, how parameters travel."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping, Sequence
+from typing import Final, Protocol
+
+from sim_vehicles import px4_parameters
+from sim_vehicles.codec import mav
+from sim_vehicles.modes import MODES, Mode
+from sim_vehicles.params import Parameter, Type
+
+
+class Flavour(Protocol):
+    """How one make of autopilot says things; what it does is in the autopilot."""
+
+    @property
+    def autopilot(self) -> int:
+        """MAV_AUTOPILOT in the heartbeat."""
+        ...
+
+    @property
+    def capabilities(self) -> int:
+        """MAV_PROTOCOL_CAPABILITY bits that only this make has."""
+        ...
+
+    @property
+    def heeds_data_streams(self) -> bool:
+        """Whether REQUEST_DATA_STREAM changes anything."""
+        ...
+
+    @property
+    def table(self) -> Sequence[Parameter]:
+        """Its parameters."""
+        ...
+
+    def custom_mode(self, mode: Mode) -> int:
+        """``custom_mode`` of the heartbeat."""
+        ...
+
+    def base_mode(self, mode: Mode, armed: bool) -> int:
+        """``base_mode`` of the heartbeat."""
+        ...
+
+    def mode_of(self, custom_mode: int) -> Mode | None:
+        """The mode that SET_MODE asks for; None: there is none."""
+        ...
+
+    def mode_of_command(self, main: int, sub: int) -> Mode | None:
+        """The mode that params 2 and 3 of DO_SET_MODE ask for."""
+        ...
+
+    def encoded(self, kind: Type, value: float) -> float:
+        """The float of PARAM_VALUE that carries a value."""
+        ...
+
+    def decoded(self, kind: Type, wire: float) -> float:
+        """The value that a float of PARAM_SET carries."""
+        ...
+
+
+_AUTO: Final = 4
+_MAIN: Final[Mapping[Mode, tuple[int, int]]] = {
+    Mode.MANUAL: (1, 0),
+    Mode.ALTITUDE: (2, 0),
+    Mode.POSITION: (3, 0),
+    Mode.TAKEOFF: (_AUTO, 2),
+    Mode.HOLD: (_AUTO, 3),
+    Mode.MISSION: (_AUTO, 4),
+    Mode.RETURN: (_AUTO, 5),
+    Mode.LAND: (_AUTO, 6),
+    Mode.OFFBOARD: (6, 0),
+}
+_BY_MAIN: Final = {numbers: mode for mode, numbers in _MAIN.items()}
+_SAME: Final = {(_AUTO, 0): Mode.MISSION}  # AUTO without more
+
+
+class Px4:
+    """PX4: main and sub mode in the upper bytes, whole parameters as raw bits."""
+
+    autopilot: Final[int] = mav.MAV_AUTOPILOT_PX4
+    capabilities: Final[int] = mav.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT | 16  # bytewise
+    heeds_data_streams: Final[bool] = False
+    table: Final[Sequence[Parameter]] = px4_parameters.TABLE
+
+    def custom_mode(self, mode: Mode) -> int:
+        main, sub = _MAIN[mode]
+        return main << 16 | sub << 24
+
+    def base_mode(self, mode: Mode, armed: bool) -> int:
+        flags = int(mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED) | int(
+            mav.MAV_MODE_FLAG_STABILIZE_ENABLED
+        )
+        spec = MODES[mode]
+        if spec.auto:
+            flags |= mav.MAV_MODE_FLAG_AUTO_ENABLED | mav.MAV_MODE_FLAG_GUIDED_ENABLED
+        if spec.needs_sticks:
+            flags |= mav.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
+        return flags | (mav.MAV_MODE_FLAG_SAFETY_ARMED if armed else 0)
+
+    def mode_of(self, custom_mode: int) -> Mode | None:
+        return self.mode_of_command(custom_mode >> 16 & 255, custom_mode >> 24 & 255)
+
+    def mode_of_command(self, main: int, sub: int) -> Mode | None:
+        numbers = (main, sub if main == _AUTO else 0)
+        return _BY_MAIN.get(numbers, _SAME.get(numbers))
+
+    def encoded(self, kind: Type, value: float) -> float:
+        if kind is Type.REAL32:
+            return value
+        bits: float = struct.unpack("<f", struct.pack("<i", int(value)))[0]
+        return bits
+
+    def decoded(self, kind: Type, wire: float) -> float:
+        if kind is Type.REAL32:
+            return wire
+        return float(struct.unpack("<i", struct.pack("<f", wire))[0])
+
+
+PX4: Final = Px4()
+FLAVOURS: Final[dict[str, Flavour]] = {"px4": PX4}

@@ -1,0 +1,98 @@
+"""Parameters: one table of names for a fleet, one column of values a vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from math import inf, isfinite
+
+import numpy as np
+
+from sim_vehicles.dynamics.model import F64
+
+
+class Type(IntEnum):
+    """How a value is kept; numbers as in MAV_PARAM_TYPE."""
+
+    INT32 = 6
+    REAL32 = 9
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One parameter: its value is always within ``low`` and ``high``."""
+
+    name: str
+    type: Type
+    default: float
+    low: float = -inf
+    high: float = inf
+
+
+class Parameters:
+    """Values of all parameters of n vehicles.
+
+    Args:
+        table: the parameters, in the order in which they are listed.
+        n: number of vehicles.
+        overrides: values other than the defaults, for all vehicles.
+
+    Raises:
+        ValueError: an override of an unknown parameter, or out of range.
+    """
+
+    def __init__(
+        self, table: Sequence[Parameter], n: int, overrides: Mapping[str, float] | None = None
+    ) -> None:
+        self.table = tuple(sorted(table, key=lambda parameter: parameter.name))
+        self._row = {parameter.name: row for row, parameter in enumerate(self.table)}
+        defaults = np.array([_single(parameter.default) for parameter in self.table])
+        self._values = np.repeat(defaults[:, np.newaxis], n, axis=1)
+        self.version = 0  # grows with every change
+        for name, value in (overrides or {}).items():
+            if name not in self._row:
+                raise ValueError(f"the autopilot has no parameter {name}")
+            for vehicle in range(n):
+                self.set(vehicle, name, value)
+
+    def __len__(self) -> int:
+        return len(self.table)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._row
+
+    def row(self, name: str) -> int | None:
+        """Place of a parameter in the table; None: there is none of that name."""
+        return self._row.get(name)
+
+    def column(self, name: str) -> F64:
+        """Values (n,) of one parameter, live: they change as parameters are set."""
+        column: F64 = self._values[self._row[name]]
+        return column
+
+    def get(self, vehicle: int, name: str) -> float:
+        """The value of one parameter of one vehicle."""
+        return float(self._values[self._row[name], vehicle])
+
+    def set(self, vehicle: int, name: str, value: float) -> None:
+        """Change one value of one vehicle.
+
+        Raises:
+            ValueError: not finite, out of range, or a fraction for a whole number.
+        """
+        row = self._row[name]
+        parameter = self.table[row]
+        if not isfinite(value) or not parameter.low <= value <= parameter.high:
+            raise ValueError(
+                f"parameter {name} must be {parameter.low:g}..{parameter.high:g}, not {value:g}"
+            )
+        if parameter.type is Type.INT32 and value != int(value):
+            raise ValueError(f"parameter {name} is a whole number, not {value:g}")
+        self._values[row, vehicle] = _single(value)
+        self.version += 1
+
+
+def _single(value: float) -> float:
+    """As a vehicle keeps it: whole numbers are exact, others have single precision."""
+    return value if value == int(value) else float(np.float32(value))

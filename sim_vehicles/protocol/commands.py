@@ -1,0 +1,216 @@
+"""Commands: a table of who handles which, and the acknowledgement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isfinite, nan
+from typing import Final, TypeAlias
+
+from sim_vehicles.arming import Refusal
+from sim_vehicles.codec import Packet, mav
+from sim_vehicles.geodesy import yaw_enu_from_ned
+from sim_vehicles.modes import Mode
+from sim_vehicles.protocol import requests
+from sim_vehicles.protocol.endpoint import Endpoint
+from sim_vehicles.protocol.orders import Order
+
+ACCEPTED: Final[int] = mav.MAV_RESULT_ACCEPTED
+LATER: Final[int] = mav.MAV_RESULT_TEMPORARILY_REJECTED
+DENIED: Final[int] = mav.MAV_RESULT_DENIED
+UNSUPPORTED: Final[int] = mav.MAV_RESULT_UNSUPPORTED
+WRONG_FRAME: Final = 9  # MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
+_FORCE: Final = 21196
+_CRITICAL: Final = 2
+
+Command: TypeAlias = Callable[[Endpoint, Order], int]
+
+
+def on_command(endpoint: Endpoint, packet: Packet) -> None:
+    """COMMAND_LONG or COMMAND_INT: do it, and say what became of it."""
+    order = Order.read(packet)
+    handler = COMMANDS.get(order.command)
+    result = UNSUPPORTED if handler is None else handler(endpoint, order)
+    endpoint.send(
+        "COMMAND_ACK",
+        command=order.command,
+        result=result,
+        target_system=packet.system,
+        target_component=packet.component,
+    )
+
+
+def on_set_mode(endpoint: Endpoint, packet: Packet) -> None:
+    """SET_MODE, the message that DO_SET_MODE replaced; acknowledged as that."""
+    mode = endpoint.services.flavour.mode_of(packet.message.custom_mode)
+    result = DENIED if mode is None else _change(endpoint, mode)
+    endpoint.send(
+        "COMMAND_ACK",
+        command=mav.MAV_CMD_DO_SET_MODE,
+        result=result,
+        target_system=packet.system,
+        target_component=packet.component,
+    )
+
+
+def _said(endpoint: Endpoint, refusal: Refusal | None) -> int:
+    """The result that a request came to; a refusal is explained in a text."""
+    if refusal is None:
+        return ACCEPTED
+    endpoint.pilot.say(endpoint.index, _CRITICAL, refusal.reason)
+    return DENIED if refusal.for_good else LATER
+
+
+def _change(endpoint: Endpoint, mode: Mode) -> int:
+    return _said(endpoint, endpoint.pilot.change_mode(endpoint.index, mode))
+
+
+def _to(mode: Mode) -> Command:
+    def change(endpoint: Endpoint, order: Order) -> int:
+        return _change(endpoint, mode)
+
+    return change
+
+
+def _set_mode(endpoint: Endpoint, order: Order) -> int:
+    if not order.whole(1) & mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
+        return DENIED
+    mode = endpoint.services.flavour.mode_of_command(order.whole(2), order.whole(3))
+    return DENIED if mode is None else _change(endpoint, mode)
+
+
+def _arm(endpoint: Endpoint, order: Order) -> int:
+    force = order.whole(2) == _FORCE
+    value = order.number(1, nan)
+    if value == 1.0:
+        return _said(endpoint, endpoint.pilot.arm(endpoint.index, force=force))
+    if value == 0.0:
+        return _said(endpoint, endpoint.pilot.disarm(endpoint.index, force=force))
+    return DENIED
+
+
+def _take_off(endpoint: Endpoint, order: Order) -> int:
+    if not order.is_global:
+        return WRONG_FRAME
+    place = order.place(endpoint.services.origin, _home_z(endpoint))
+    if place is None:
+        return DENIED
+    return _said(endpoint, endpoint.pilot.take_off(endpoint.index, place[2]))
+
+
+def _reposition(endpoint: Endpoint, order: Order) -> int:
+    if not order.is_global:
+        return WRONG_FRAME
+    pilot, i = endpoint.pilot, endpoint.index
+    place = order.place(endpoint.services.origin, _home_z(endpoint))
+    if place is None:
+        return DENIED
+    may_change = order.whole(2) & mav.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
+    if not may_change and pilot.status.mode[i] != Mode.HOLD:
+        return DENIED
+    heading = order.number(4, nan)
+    yaw = float(yaw_enu_from_ned(heading)) if abs(heading) < 1e3 else nan
+    result = _said(endpoint, pilot.reposition(i, place, yaw))
+    speed = order.number(1, -1.0)
+    if result == ACCEPTED and speed > 0:
+        pilot.legs.set_speed(i, min(speed, 1e3))
+    return result
+
+
+def _change_speed(endpoint: Endpoint, order: Order) -> int:
+    speed = order.number(2, -1.0)
+    if speed == -1.0:
+        return ACCEPTED  # no change
+    if speed <= 0.0 and speed != -2.0:
+        return DENIED
+    endpoint.pilot.legs.set_speed(endpoint.index, nan if speed == -2.0 else min(speed, 1e3))
+    return ACCEPTED
+
+
+def _set_home(endpoint: Endpoint, order: Order) -> int:
+    pilot, i = endpoint.pilot, endpoint.index
+    if order.whole(1) == 1:
+        pilot.status.home[i] = pilot.states.position[i]
+        pilot.status.home_yaw[i] = pilot.states.yaw[i]
+        return ACCEPTED
+    if not order.is_global:
+        return WRONG_FRAME
+    place = order.place(endpoint.services.origin, _home_z(endpoint))
+    if place is None or not all(map(isfinite, place)):
+        return DENIED
+    pilot.status.home[i] = place
+    return ACCEPTED
+
+
+def _pause_or_continue(endpoint: Endpoint, order: Order) -> int:
+    value = order.number(1, nan)
+    if value == 0.0:
+        return _change(endpoint, Mode.HOLD)
+    return _change(endpoint, Mode.MISSION) if value == 1.0 else DENIED
+
+
+def _start_mission(endpoint: Endpoint, order: Order) -> int:
+    pilot, i = endpoint.pilot, endpoint.index
+    steps = len(pilot.plans[i].steps)
+    first = order.whole(1)
+    if steps and not 0 <= first < steps:
+        return DENIED
+    result = _change(endpoint, Mode.MISSION)
+    if result == ACCEPTED and first != pilot.plans[i].current:
+        pilot.set_current(i, first)
+    return result
+
+
+def _set_mission_current(endpoint: Endpoint, order: Order) -> int:
+    pilot, i = endpoint.pilot, endpoint.index
+    step = order.whole(1)
+    if step < 0:
+        return ACCEPTED  # no change
+    if step >= len(pilot.plans[i].steps):
+        return DENIED
+    pilot.set_current(i, step)
+    return ACCEPTED
+
+
+def _terminate(endpoint: Endpoint, order: Order) -> int:
+    if order.number(1) > 0.5 and endpoint.pilot.status.armed[endpoint.index]:
+        endpoint.pilot.stop_motors(endpoint.index, "Flight terminated")
+    return ACCEPTED
+
+
+def _reboot(endpoint: Endpoint, order: Order) -> int:
+    if endpoint.pilot.status.armed[endpoint.index]:
+        return _said(endpoint, Refusal("Reboot denied: armed"))
+    return ACCEPTED if order.whole(1) in (0, 1) and order.whole(2) == 0 else DENIED
+
+
+def _store(endpoint: Endpoint, order: Order) -> int:
+    """Parameters are kept as long as the simulation lasts: nothing to be done."""
+    return ACCEPTED if order.whole(1) in (0, 1) else DENIED
+
+
+def _home_z(endpoint: Endpoint) -> float:
+    return float(endpoint.pilot.status.home[endpoint.index, 2])
+
+
+COMMANDS: Final[dict[int, Command]] = {
+    mav.MAV_CMD_NAV_LOITER_UNLIM: _to(Mode.HOLD),
+    mav.MAV_CMD_NAV_RETURN_TO_LAUNCH: _to(Mode.RETURN),
+    mav.MAV_CMD_NAV_LAND: _to(Mode.LAND),
+    mav.MAV_CMD_NAV_TAKEOFF: _take_off,
+    mav.MAV_CMD_DO_SET_MODE: _set_mode,
+    mav.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
+    mav.MAV_CMD_DO_SET_HOME: _set_home,
+    mav.MAV_CMD_DO_FLIGHTTERMINATION: _terminate,
+    mav.MAV_CMD_DO_REPOSITION: _reposition,
+    mav.MAV_CMD_DO_PAUSE_CONTINUE: _pause_or_continue,
+    mav.MAV_CMD_DO_SET_MISSION_CURRENT: _set_mission_current,
+    mav.MAV_CMD_MISSION_START: _start_mission,
+    mav.MAV_CMD_COMPONENT_ARM_DISARM: _arm,
+    mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _reboot,
+    mav.MAV_CMD_PREFLIGHT_STORAGE: _store,
+    mav.MAV_CMD_GET_HOME_POSITION: requests.home_position,
+    mav.MAV_CMD_GET_MESSAGE_INTERVAL: requests.get_interval,
+    mav.MAV_CMD_SET_MESSAGE_INTERVAL: requests.set_interval,
+    mav.MAV_CMD_REQUEST_MESSAGE: requests.request_message,
+    mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: requests.autopilot_version,
+}

@@ -1,0 +1,87 @@
+"""What the autopilots report of themselves: their status in the numbers of MAVLink."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from sim_vehicles.autopilot import Autopilot
+from sim_vehicles.codec import mav
+from sim_vehicles.flavour import Flavour
+from sim_vehicles.legs import Kind
+from sim_vehicles.modes import MODES, Mode
+from sim_vehicles.streams import SENSORS, Ints, TelemetrySnapshot
+
+_POSITION: Final[int] = (
+    mav.MAV_SYS_STATUS_SENSOR_GPS
+    | mav.MAV_SYS_STATUS_AHRS
+    | mav.MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL
+)
+_PREARM: Final[int] = mav.MAV_SYS_STATUS_PREARM_CHECK
+
+
+class Report:
+    """Keeps a telemetry snapshot true to the autopilots.
+
+    Attributes:
+        snapshot: what telemetry reports; its arrays are written in place.
+    """
+
+    def __init__(self, pilot: Autopilot, flavour: Flavour) -> None:
+        n = len(pilot.status.mode)
+        self._pilot = pilot
+        self._custom: Ints = np.array([flavour.custom_mode(mode) for mode in Mode], dtype=np.int64)
+        self._base: Ints = np.array(
+            [flavour.base_mode(mode, armed=False) for mode in Mode], dtype=np.int64
+        )
+        self._armable = np.array([MODES[mode].armable for mode in Mode])
+        zeros = np.zeros(n, dtype=np.int64)
+        self.snapshot = TelemetrySnapshot(
+            states=pilot.states,
+            setpoints=pilot.setpoints,
+            armed=pilot.status.armed,
+            base_mode=zeros,
+            custom_mode=zeros.copy(),
+            system_status=zeros.copy(),
+            landed_state=zeros.copy(),
+            sensors_present=zeros + SENSORS,
+            sensors_health=zeros.copy(),
+            autopilot=zeros + flavour.autopilot,
+            vehicle_type=zeros + mav.MAV_TYPE_QUADROTOR,
+            mission_item=zeros.copy(),
+            mission_count=zeros.copy(),
+        )
+        self.update()
+
+    def update(self) -> None:
+        """Bring the snapshot up to date."""
+        out, status = self.snapshot, self._pilot.status
+        mode, armed = status.mode, status.armed
+        np.take(self._base, mode, out=out.base_mode)
+        np.take(self._custom, mode, out=out.custom_mode)
+        ready = status.ready_us <= self._pilot.now_us
+        able = ready & self._armable[mode] & (status.battery_level == 0)
+        able &= self._pilot.states.battery >= self._pilot.parameters.column("BAT_LOW_THR")
+        out.sensors_health[:] = SENSORS
+        if not able.all():
+            out.sensors_health[~able] &= ~_PREARM
+            out.sensors_health[~ready] &= ~_POSITION
+        if not armed.any():
+            out.system_status[:] = np.where(able, mav.MAV_STATE_STANDBY, mav.MAV_STATE_UNINIT)
+            out.landed_state[:] = mav.MAV_LANDED_STATE_ON_GROUND
+            return
+        grounded = np.where(able, mav.MAV_STATE_STANDBY, mav.MAV_STATE_UNINIT)
+        flying = np.where(status.failsafe > 1, mav.MAV_STATE_CRITICAL, mav.MAV_STATE_ACTIVE)
+        np.copyto(out.system_status, np.where(armed, flying, grounded))
+        landed_state = out.landed_state
+        landed_state[:] = mav.MAV_LANDED_STATE_IN_AIR
+        landed_state[mode == Mode.TAKEOFF] = mav.MAV_LANDED_STATE_TAKEOFF
+        landed_state[self._pilot.legs.kind == Kind.DESCEND] = mav.MAV_LANDED_STATE_LANDING
+        landed_state[status.landed] = mav.MAV_LANDED_STATE_ON_GROUND
+
+    def plan(self, i: int) -> None:
+        """Vehicle ``i`` has another mission, or another current step."""
+        plan = self._pilot.plans[i]
+        self.snapshot.mission_item[i] = plan.current
+        self.snapshot.mission_count[i] = len(plan.steps)
