@@ -41,6 +41,7 @@ Records: TypeAlias = npt.NDArray[np.void]
 
 FLOOR = 1e-7  # probabilities stay this far from 0 and 1
 _LAST_US = 2**62  # no honest stamp comes near
+_GRACE_US = 1000  # stamps may run ahead of the clock by one microsecond a reading, see above
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +126,7 @@ class MergeRule(Protocol):
         ...
 
     def valid(self, belief: BeliefMap, records: Records, until_us: int | None = None) -> Bools:
-        """Which records (k,) make sense; ``until_us`` bounds their stamps from above."""
+        """Which records (k,) make sense; ``until_us``: none can have been observed after it."""
         ...
 
     def merge(self, belief: BeliefMap, records: Records) -> tuple[BeliefMap, I64]:
@@ -176,7 +177,7 @@ class BeliefUpdate:
         return BeliefMap(probability, stamp, origin)
 
     def valid(self, belief: BeliefMap, records: Records, until_us: int | None = None) -> Bools:
-        last = _LAST_US if until_us is None else min(until_us, _LAST_US)
+        last = _LAST_US if until_us is None else min(until_us + _GRACE_US, _LAST_US)
         value, stamp = records["probability"], records["stamp_us"]
         known = (records["cell"] < belief.size) & (stamp >= 0) & (stamp <= last)
         return np.asarray(known & (value >= 0.0) & (value <= 1.0))  # NaN compares false

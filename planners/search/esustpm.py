@@ -56,7 +56,7 @@ class EsustpmParams:
     delta_g_m: float = param(10.0, unit="m", doc="range of g(d), Eq. (7)", low=0.001)
     neighbours: int = param(3, unit="1", doc="closest neighbours that count", low=0)
     guide_gain: float = param(
-        7000.0, unit="1", doc="beta_4, the pull of the guide cell; max |beta| is 6866", low=0.0
+        7000.0, unit="1", doc="beta_4, the pull of the guide cell; max |beta| is 6860", low=0.0
     )
     keep: str = param(
         "best",
