@@ -13,6 +13,9 @@ from typing import Protocol
 
 SECOND_US = 1_000_000
 
+# A stepped mission happens at no particular date; this one makes its files equal byte for byte.
+STEPPED_DATE = datetime(2025, 1, 1, tzinfo=UTC)
+
 
 def to_us(duration_s: float) -> int:
     """A duration in whole microseconds."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from math import pi
 
 import numpy as np
-from sim_vehicles.fleet import Fleet, VehicleSpec
 
 from planners.belief.merge import MERGE_RULES, SensorModel
 from planners.planner import Planner, PlannerKind
 from planners.registry import bind
 from sim_vehicles.dynamics.wind import WindSpec
+from sim_vehicles.fleet import Fleet, VehicleSpec
 from sim_vehicles.geodesy import Geodetic
 from sim_vehicles.world.payload import CellSensor, CellSensorSpec
 from uavbridge import plugins

@@ -21,6 +21,7 @@ from uavbridge.runner.host import AgentHost
 from uavbridge.runner.judge import Judge
 from uavbridge.vehicle.api import Vehicle
 
+LOOPBACK = "127.0.0.1"
 CONTROL_US = 100_000  # between two steps of the agents
 
 Progress: TypeAlias = Callable[[int, Judge, AgentHost], None]

@@ -7,7 +7,6 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from datetime import UTC, datetime
 from pathlib import Path
 from types import FrameType
 
@@ -15,7 +14,7 @@ import msgspec
 from rich.console import Console
 
 from planners.planner import PlannerKind
-from uavbridge.clock import SECOND_US, to_us, wall_date, wall_s
+from uavbridge.clock import SECOND_US, STEPPED_DATE, to_us, wall_date, wall_s
 from uavbridge.config import Mission, to_toml
 from uavbridge.errors import ConfigError
 from uavbridge.monitor.progress import ProgressView
@@ -31,9 +30,6 @@ from uavbridge.runner.outcome import Outcome, result_of, versions
 from uavbridge.runner.paced import fly_paced
 from uavbridge.runner.snapshot import facts_of, snapshot_of
 from uavbridge.runner.stepped import fly_stepped
-
-# A stepped mission happens at no particular date; this one makes its files equal byte for byte.
-STEPPED_EPOCH = datetime(2025, 1, 1, tzinfo=UTC)
 
 _log = logging.getLogger(__name__)
 
@@ -88,7 +84,7 @@ def fly(
     """Fly a mission; write its recording to ``folder``, unless that is None."""
     planner = assemble.planner_of(mission, kind)
     stepped = mission.clock == "stepped"
-    date = STEPPED_EPOCH if stepped else wall_date()
+    date = STEPPED_DATE if stepped else wall_date()
     began_s = wall_s()
     recorder = Recorder(
         folder or Path(),

@@ -21,13 +21,12 @@ from uavbridge.mavlink.udp import UdpLink
 from uavbridge.mavlink.urls import open_link
 from uavbridge.recording.recorder import Recorder
 from uavbridge.runner import assemble
-from uavbridge.runner.control import CONTROL_US, Flown, Progress, build_host, logged
+from uavbridge.runner.control import CONTROL_US, LOOPBACK, Flown, Progress, build_host, logged
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.judge import Judge
 from uavbridge.runner.simulation import Simulation
 from uavbridge.vehicle.mavlink import MavlinkVehicle
 
-LOOPBACK = "127.0.0.1"
 LATE_TICKS = 5  # so many ticks late, the next ones but those on a full second are left out
 
 _log = logging.getLogger(__name__)

@@ -8,6 +8,7 @@ parent, it ends.
 
 from __future__ import annotations
 
+import asyncio
 import subprocess
 import sys
 import threading
@@ -16,13 +17,16 @@ from typing import Self
 
 import msgspec
 from msgspec import Struct
-from sim_vehicles.fleet import Fleet
 
+from sim_vehicles.fleet import Fleet
+from sim_vehicles.server import serve
+from sim_vehicles.udp import UdpPorts
 from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.clock import PacedClock
 from uavbridge.config import Mission
 from uavbridge.errors import UavbridgeError
 from uavbridge.runner import assemble
+from uavbridge.runner.control import CONTROL_US, LOOPBACK
 from uavbridge.runner.world import SimulatedWorld
 
 START_IN_S = 0.1  # from the word to mission start
@@ -125,19 +129,24 @@ def main() -> int:
         sys.stdout.flush()
         epoch = told.readline()
         if epoch:
-            _serve(fleet, world, setup, int(epoch))
+            asyncio.run(_serve(fleet, world, setup, int(epoch)))
     return 0
 
 
-def _serve(fleet: Fleet, world: SimulatedWorld, setup: Setup, epoch_ns: int) -> None:
-    stop = threading.Event()
+async def _serve(fleet: Fleet, world: SimulatedWorld, setup: Setup, epoch_ns: int) -> None:
+    loop, stop = asyncio.get_running_loop(), asyncio.Event()
 
     def wait_for_end() -> None:
         sys.stdin.buffer.read()
-        stop.set()
+        loop.call_soon_threadsafe(stop.set)
+
+    def look(_fleet: Fleet, t_us: int) -> None:
+        if t_us % CONTROL_US == 0:
+            world.step(t_us)
 
     threading.Thread(target=wait_for_end, daemon=True).start()
-    serve(fleet, setup, world, epoch_ns, stop)
+    ports = UdpPorts(LOOPBACK, [setup.ports[agent] for agent in sorted(setup.ports)])
+    await serve(fleet, ports, speed=setup.mission.speed, epoch_ns=epoch_ns, on_step=look, stop=stop)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import defaultdict
 
 from sim_vehicles.fleet import Fleet
-
 from sim_vehicles.world.payload import Sensor
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus

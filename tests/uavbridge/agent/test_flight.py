@@ -1,6 +1,7 @@
 """One agent through a whole mission, on a point vehicle: phases, refusals, orders."""
 
 from dataclasses import replace
+from itertools import pairwise
 from math import inf
 
 import numpy as np
@@ -164,9 +165,7 @@ def test_a_refusal_to_arm_ends_in_failure_that_says_why():
     vehicle = PointVehicle((100, 100, 0), refusal="Compass not calibrated")
     run = Run(plan_of(FlyTo(GoTo(np.zeros(3)))), vehicle).until(Phase.FAILED, 100)
     assert run.agent.flight.failure == "refused to arm: Compass not calibrated"
-    assert (
-        sum("Compass" in tell.text for tell in run.told) == 2
-    )  # once when it began, once as the end
+    assert sum("Compass" in tell.text for tell in run.told) == 2  # refused; failed
     assert not vehicle.state.in_air
 
 
@@ -220,7 +219,7 @@ def test_return_heights_differ_and_fit_the_band():
     assert min(heights) >= ENVELOPE.altitude_min_m
     assert max(heights) <= ENVELOPE.altitude_max_m
     assert len(set(heights)) == 8
-    assert all(abs(a - b) >= 12.0 for a, b in zip(heights, heights[1:], strict=False))
+    assert all(abs(a - b) >= 12.0 for a, b in pairwise(heights))
     assert return_heights(3, replace(ENVELOPE, altitude_max_m=16.0), 12.0) == [15.0] * 3
 
 

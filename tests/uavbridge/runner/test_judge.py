@@ -1,0 +1,148 @@
+"""The judge: the goal, who found what, the time limit, the lost."""
+
+import numpy as np
+import pytest
+
+from planners.belief.merge import BeliefUpdate, SensorModel
+from uavbridge import config
+from uavbridge.agent.report import AgentReport, encode
+from uavbridge.bus import keys
+from uavbridge.bus.local import LocalHub
+from uavbridge.bus.messages import Truth, encode_truth
+from uavbridge.bus.wire import DELTA, Frame
+from uavbridge.bus.wire import encode as encode_frame
+from uavbridge.runner.judge import Judge, Verdict
+
+RULE = BeliefUpdate()
+SECOND = 1_000_000
+
+
+def mission(**changes):
+    return config.load(None, {"vehicles": 2, "duration": 100.0, **changes})
+
+
+class Stage:
+    """A judge and the bus it watches."""
+
+    def __init__(self, **changes):
+        hub = LocalHub()
+        self.bus = hub.bus()
+        self.orders = self.bus.subscribe(keys.cmd())
+        self.judge = Judge(mission(**changes), hub.bus())
+
+    def report(self, agent, t_us, phase="search", declared=(), failure=""):
+        report = AgentReport(
+            agent=agent, t_us=t_us, phase=phase, mode="OFFBOARD", position=(1.0, 2.0, 40.0),
+            velocity=(0.0, 0.0, 0.0), heading=0.0, armed=True, in_air=True, battery=0.9,
+            neighbours=1, note="", distance_m=5.0, declared=list(declared), failure=failure,
+        )  # fmt: skip
+        self.bus.publish(keys.state(agent), encode(report))
+
+    def seen(self, agent, cells, t_us):
+        belief = RULE.empty(self.judge.mission.grid, np.full((10, 10), 0.5))
+        for cell in cells:
+            belief = RULE.observe(belief, cell, False, SensorModel(), t_us=t_us, agent=agent)
+        data = RULE.records(belief, np.flatnonzero(belief.seen.reshape(-1))).tobytes()
+        frame = Frame(DELTA, agent, 1, t_us, (0.0, 0.0, 40.0), (0.0, 0.0, 0.0), b"", 1, data)
+        self.bus.publish(keys.air((0, 0), agent), encode_frame(frame))
+
+    def second(self, number):
+        self.judge.step(number * SECOND)
+        return [sample.data for sample in self.orders.drain()]
+
+
+def all_cells():
+    return [(c, r) for c in range(10) for r in range(10)]
+
+
+def test_goal_needs_targets_and_coverage():
+    stage = Stage()
+    targets = [(4, 5, 3), (4, 7, 4), (7, 5, 5)]
+    stage.report(1, SECOND, declared=targets)
+    stage.report(2, SECOND)
+    assert stage.second(1) == []
+    stage.seen(1, all_cells()[:89], SECOND)
+    assert stage.second(2) == []
+    stage.seen(2, all_cells()[89:90], 2 * SECOND)
+    orders = stage.second(3)
+    assert stage.judge.verdict is Verdict.GOAL
+    assert orders == [b'{"order":"rtl"}']
+    assert stage.judge.goal_reached
+    assert stage.judge.seen_share == pytest.approx(0.9)
+
+
+def test_coverage_alone_is_no_goal():
+    stage = Stage()
+    stage.report(1, SECOND, declared=[(4, 5, 3)])
+    stage.seen(1, all_cells(), SECOND)
+    stage.second(1)
+    assert stage.judge.verdict is Verdict.FLYING
+    assert stage.judge.found == 1
+
+
+def test_the_first_who_declared_a_cell_has_found_it():
+    stage = Stage()
+    stage.report(2, SECOND, declared=[(4, 5, 700)])
+    stage.second(1)
+    stage.report(1, SECOND, declared=[(4, 5, 500), (0, 0, 600)])
+    stage.second(2)
+    found = stage.judge.declared[4, 5]
+    assert (found.by, found.t_us) == (1, 500)
+    assert stage.judge.found == 1  # (0, 0) is false
+
+
+def test_time_limit_and_hand_call_home():
+    stage = Stage()
+    stage.report(1, 99 * SECOND)
+    stage.report(2, 99 * SECOND)
+    assert stage.second(99) == []
+    assert stage.second(100)
+    assert stage.judge.verdict is Verdict.TIME
+    other = Stage()
+    other.judge.stop(SECOND)
+    assert other.judge.verdict is Verdict.STOPPED
+    assert len(other.orders.drain()) == 1
+
+
+def test_it_ends_when_all_have_landed_or_are_silent():
+    stage = Stage()
+    stage.report(1, SECOND, phase="landed")
+    stage.report(2, SECOND)
+    stage.second(1)
+    assert not stage.judge.ended(2 * SECOND)
+    assert stage.judge.ended(12 * SECOND)
+    assert stage.judge.failures() == ("agent 2: last heard in phase search",)
+
+
+def test_a_failed_agent_is_named_with_its_reason():
+    stage = Stage()
+    stage.report(1, SECOND, phase="failed", failure="refused to arm: no GPS")
+    stage.report(2, SECOND, phase="landed")
+    stage.second(1)
+    assert stage.judge.failures() == ("agent 1: refused to arm: no GPS",)
+    assert stage.judge.verdict is Verdict.LOST
+
+
+def test_closest_pair_comes_from_the_truth_in_between_too():
+    stage = Stage()
+    for t, x in ((0, 0.0), (1, 10.0)):
+        position = np.array([[x, 0.0, 40.0], [10.0 - x, 3.0, 40.0]])
+        stage.bus.publish(keys.TRUTH, encode_truth(Truth(t * 100_000, (1, 2), position)))
+        stage.judge.step(t * 100_000)
+    assert stage.judge.separation.closest == pytest.approx(3.0)
+
+
+def test_on_the_ground_nobody_is_too_close():
+    stage = Stage()
+    position = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 40.0]])
+    stage.bus.publish(keys.TRUTH, encode_truth(Truth(0, (1, 2), position)))
+    stage.judge.step(0)
+    assert np.isnan(stage.judge.separation.closest)
+
+
+def test_garbage_on_the_bus_is_counted_and_dropped():
+    stage = Stage()
+    for key in (keys.state(1), keys.TRUTH, keys.air((0, 0), 1)):
+        stage.bus.publish(key, b"\x00garbage")
+    stage.second(1)
+    assert sum(stage.judge.rejects.values()) == 3
