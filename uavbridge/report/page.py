@@ -39,7 +39,7 @@ def report_page(result: MissionResult) -> str:
         _section("Agents", _agents(result.agents)),
         _section("Events", _events(result)),
         _section("How to repeat", _repeat(result)),
-        _section("Mission file", f"<pre>{escape(result.mission_text) or '-'}</pre>"),
+        _section("Mission file", _mission_file(result)),
     )
     return _PAGE.format(
         title=escape(result.mission),
@@ -169,6 +169,10 @@ def _repeat(result: MissionResult) -> str:
     body = "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in facts)
     command = f"<pre>{escape(result.repeat)}</pre>\n" if result.repeat else ""
     return f"{command}<dl>{body}</dl>"
+
+
+def _mission_file(result: MissionResult) -> str:
+    return f"<pre>{escape(result.mission_text) or '-'}</pre>"
 
 
 def _section(title: str, body: str) -> str:

@@ -58,7 +58,7 @@ class Summary(Struct, frozen=True):
 def summarise(result: MissionResult) -> Summary:
     """The document of ``--json``."""
     return Summary(
-        mission=result.mission,
+        mission=_valid(result.mission),
         seed=result.seed,
         clock=result.clock,
         duration_s=result.duration_s,
@@ -70,9 +70,9 @@ def summarise(result: MissionResult) -> Summary:
         false_targets=list(result.false_targets),
         agents=[_agent(agent) for agent in result.agents],
         min_separation_m=_finite(result.min_separation_m),
-        failures=list(result.failures),
+        failures=[_valid(text) for text in result.failures],
         digest=result.digest,
-        out=result.out,
+        out=_valid(result.out),
     )
 
 
@@ -106,9 +106,15 @@ def summary_text(result: MissionResult) -> str:
         _row("radio", _radio(result)),
         *_listing("failures", [plain(text) for text in result.failures]),
         _row("digest", result.digest or "-"),
-        _row("output", plain(result.out) or "-"),
     ]
-    return "\n".join(line[:_WIDTH].rstrip() for line in lines)
+    cut = [line[:_WIDTH].rstrip() for line in lines]
+    # People copy the path, so it is never cut.
+    return "\n".join([*cut, _row("output", plain(result.out) or "-")])
+
+
+def _valid(text: str) -> str:
+    """The text without halves of characters, which JSON in UTF-8 can not hold."""
+    return text.encode(errors="replace").decode()
 
 
 def _short(result: MissionResult) -> str:

@@ -1,0 +1,151 @@
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planners.grid import Grid
+from uavbridge.report import figures, page
+from uavbridge.report.page import report_page, write_report
+from uavbridge.report.result import AgentResult, Event, MissionResult, TargetResult
+
+
+class Reader(HTMLParser):
+    """Collects tags, attributes and text as a browser would see them."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.attributes: set[str] = set()
+        self.text = ""
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes |= {name for name, _ in attrs}
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def test_the_report_holds_everything(flown: MissionResult, tmp_path: Path) -> None:
+    path = write_report(flown, tmp_path)
+    assert (tmp_path / "summary.json").exists()
+    reader = Reader(path.read_text(encoding="utf-8"))
+    assert reader.tags.count("svg") == 4
+    for part in (
+        "demo", "goal reached", "agent 2: link lost", "declares cell 2,7", flown.digest,
+        "uavbridge launch mission.toml --seed 7", 'name = "demo"', "false: nothing there",
+    ):  # fmt: skip
+        assert part in reader.text
+
+
+def test_the_report_needs_no_network_and_no_script(flown: MissionResult) -> None:
+    text = report_page(flown)
+    reader = Reader(text)
+    assert not {"script", "link", "img", "iframe", "object", "embed"} & set(reader.tags)
+    addresses = set(re.findall(r"https?://[^\"'\s)]+", text))
+    assert all(address.startswith("http://www.w3.org/") for address in addresses)  # XML names
+    assert not re.search(r"url\((?!#)", text)
+    assert "default-src 'none'" in text
+
+
+def test_the_report_is_the_same_each_time(flown: MissionResult) -> None:
+    assert report_page(flown) == report_page(flown)
+
+
+def test_pictures_are_well_formed(flown: MissionResult) -> None:
+    for svg in (
+        figures.map_figure(flown),
+        figures.progress_figure(flown),
+        figures.separation_figure(flown),
+        figures.bytes_figure(flown.agents),
+    ):
+        assert ElementTree.fromstring(svg).tag.endswith("svg")
+
+
+MARKUP = st.sampled_from(
+    [
+        "<script>alert(1)</script>",
+        '"><img src=x onerror=alert(1)>',
+        "</pre></style><b>",
+        "&amp;<!--",
+        "{title}",
+        "]]>",
+        "$\\frac{1}{2}$",
+        "\x1b[31m",
+        "<svg onload=alert(1)>",
+        "' onclick='x",
+    ]
+)
+
+
+@given(text=st.lists(MARKUP | st.text(min_size=1, max_size=20), min_size=1, max_size=4))
+@settings(max_examples=60)
+def test_no_text_can_become_markup(flown: MissionResult, text: list[str]) -> None:
+    words = "clean", "".join(text)
+    clean, dirty = (_head_and_tables(_with_text(flown, word)) for word in words)
+    assert dirty.tags == clean.tags
+    assert dirty.attributes == clean.attributes
+
+
+def _with_text(flown: MissionResult, text: str) -> MissionResult:
+    return replace(
+        flown,
+        mission=text, clock=text, failures=(text,), mission_text=text, versions={text: text},
+        repeat=text, digest=text, out=text, events=(Event(1.0, text, 2),),
+        agents=(AgentResult(1, text),),
+    )  # fmt: skip
+
+
+def _head_and_tables(result: MissionResult) -> Reader:
+    """The page without the slow pictures, which hold no text but agent ids."""
+    parts = (
+        page._head(result),
+        page._targets(result),
+        page._agents(result.agents),
+        page._events(result),
+        page._repeat(result),
+        page._section("Mission file", page._mission_file(result)),
+    )
+    return Reader("\n".join(parts))
+
+
+def test_a_hostile_mission_stays_text_on_the_whole_page(flown: MissionResult) -> None:
+    text = "</title><script>alert('x')</script>{style}%s"
+    reader = Reader(report_page(_with_text(flown, text)))
+    assert "script" not in reader.tags
+    assert reader.text.count(text) >= 8
+
+
+def test_a_mission_that_never_began_has_a_report(tmp_path: Path) -> None:
+    nothing = MissionResult(
+        mission="none", seed=0, clock="paced", duration_s=0.0, wall_s=0.0, reached_goal=False,
+        grid=Grid(0.0, 0.0, 50.0, 3, 2), failures=("agent 1: never reported",),
+    )  # fmt: skip
+    assert "goal missed" in write_report(nothing, tmp_path).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("agents", [1, 40])
+def test_any_number_of_agents_can_be_drawn(flown: MissionResult, agents: int) -> None:
+    many = replace(
+        flown,
+        tracks={agent: flown.tracks[1] + agent for agent in range(agents)},
+        agents=tuple(AgentResult(agent, "landed", bytes_sent=agent) for agent in range(agents)),
+        targets=tuple(TargetResult((c, 0)) for c in range(10)),
+    )
+    assert "<svg" in figures.map_figure(many)
+    assert "<svg" in figures.bytes_figure(many.agents)
+
+
+def test_gaps_in_the_series_are_drawn_as_gaps(flown: MissionResult) -> None:
+    silent = replace(
+        flown, series=replace(flown.series, separation_m=np.full(len(flown.series.t_s), np.nan))
+    )
+    assert "<svg" in figures.separation_figure(silent)
