@@ -33,7 +33,8 @@ class Understood:
         wall = "as fast as the machine can" if self.wall_s is None else f"{self.wall_s:.0f} s"
         return [
             f"mission   {self.mission}, planner {self.planner}, seed {self.seed}",
-            f"area      {self.area_km2:g} km2 in {self.cells} cells, hidden targets: {self.targets}",
+            f"area      {self.area_km2:g} km2 in {self.cells} cells, "
+            f"hidden targets: {self.targets}",
             f"clock     {self.clock}, at most {wall}",
             f"estimate  {self.sweep_s:.0f} s at best to fly over all cells",
             f"agents    {len(self.agents)}",
