@@ -12,6 +12,7 @@ from rich.text import Text
 from uavbridge.clock import wall_s
 from uavbridge.monitor.screen import one_line, screen
 from uavbridge.monitor.snapshot import MissionFacts, Snapshot, VehicleLine
+from uavbridge.report.quantity import plain
 
 __all__ = ["MissionFacts", "ProgressView", "Snapshot", "VehicleLine"]
 
@@ -99,4 +100,4 @@ class ProgressView:
         self._alerts = max(self._alerts, len(now.alerts))
 
     def _line(self, text: str) -> None:
-        self._console.print(Text(text), soft_wrap=True)
+        self._console.print(Text(plain(text)), soft_wrap=True)
