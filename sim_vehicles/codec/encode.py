@@ -54,7 +54,7 @@ class Encoder:
     def sequence(self, value: int) -> None:
         self._sequences[self._index] = value & 255
 
-    def pack(self, name: str, **fields: Any) -> bytes:
+    def pack(self, name: str, /, **fields: Any) -> bytes:
         """One frame of message ``name``, e.g. "HEARTBEAT"; fields not given are zero.
 
         Raises:
