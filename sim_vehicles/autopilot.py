@@ -16,7 +16,7 @@ import numpy as np
 from sim_vehicles.arming import Refusal, why_not_arm, why_not_change
 from sim_vehicles.dynamics.model import F64, Bools, Setpoints, States
 from sim_vehicles.failsafe import Failsafes
-from sim_vehicles.legs import Kind, Legs
+from sim_vehicles.legs import DESCEND, Asked, Legs
 from sim_vehicles.modes import MODES, Mode
 from sim_vehicles.params import Parameters
 from sim_vehicles.plans import Plan, Step, Vector
@@ -72,7 +72,7 @@ class Autopilot:
         self._routines: list[Routine | None] = [None for _ in systems]
         self._goals: dict[int, tuple[Vector, float]] = {}
         self._heights: dict[int, float] = {}
-        self._early: dict[int, tuple[Vector, Vector, float, float]] = {}  # before Offboard
+        self._early: dict[int, Asked] = {}  # before Offboard
         for i in flying.nonzero()[0].tolist():
             self.status.landed[i] = False
             self.status.flown[i] = True
@@ -104,7 +104,7 @@ class Autopilot:
         self.status.landed[i] = True
         self.status.landed_us[i] = self.now_us
         self.say(i, _INFO, "Landing detected")
-        if self.status.mode[i] == Mode.MISSION and self.legs.kind[i] == Kind.DESCEND:
+        if self.status.mode[i] == Mode.MISSION and self.legs.kind[i] == DESCEND:
             self._resume(i)
 
     def _disarm_late(self, t_us: int) -> None:
@@ -207,10 +207,10 @@ class Autopilot:
         """Offboard starts where the vehicle is, or with the setpoint it already has."""
         early = self._early.pop(i, None)
         if early is not None and self.has_setpoints(i):
-            self.legs.follow(i, *early)
+            self.legs.start_following(i, early)
         else:
-            x, y, z = self.stopping_place(i)
-            self.legs.follow(i, (x, y, z), (nan, nan, nan), self.yaw(i), nan)
+            place = self.stopping_place(i)
+            self.legs.start_following(i, (*place, nan, nan, nan, self.yaw(i), nan))
 
     def take_off(self, i: int, height_m: float = nan) -> Refusal | None:
         """Climb to ``height_m`` (ENU m; NaN: the parameter's above home) once armed."""
@@ -233,18 +233,13 @@ class Autopilot:
         self.hold_at(i, position, yaw_rad)
         return None
 
-    def follow(
-        self, i: int, position: Vector, velocity: Vector, yaw_rad: float, yaw_rate: float
-    ) -> None:
-        """A setpoint (ENU; NaN: not controlled), flown in Offboard mode."""
-        status = self.status
-        status.setpoint_us[i] = self.now_us
-        if yaw_rad != yaw_rad and yaw_rate != yaw_rate:
-            yaw_rad = self.legs.kept_yaw(i)
-        if status.mode[i] == Mode.OFFBOARD and status.armed[i]:
-            self.legs.follow(i, position, velocity, yaw_rad, yaw_rate)
+    def follow(self, i: int, asked: Asked) -> None:
+        """A setpoint, flown in Offboard mode."""
+        self.status.setpoint_us[i] = self.now_us
+        if i in self.legs.followers:
+            self.legs.follow(i, asked)
         else:
-            self._early[i] = (position, velocity, yaw_rad, yaw_rate)
+            self._early[i] = asked
 
     def load(self, i: int, steps: tuple[Step, ...]) -> None:
         """A new mission; one that is being flown begins anew."""

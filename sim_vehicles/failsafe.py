@@ -49,6 +49,7 @@ _BATTERY_TEXTS: Final = (
     "Emergency battery level, land immediately",
 )
 _EMERGENCY, _CRITICAL, _WARNING = 0, 2, 4
+_OFFBOARD: Final = int(Mode.OFFBOARD)
 
 
 class Failsafes:
@@ -103,7 +104,7 @@ class Failsafes:
 
     def _check_offboard(self, t_us: int) -> None:
         status = self._status
-        flown = status.armed & (status.mode == Mode.OFFBOARD)
+        flown = status.armed & (status.mode == _OFFBOARD)
         if not flown.any():
             return
         column = self._pilot.parameters.column

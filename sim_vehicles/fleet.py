@@ -136,6 +136,7 @@ class Fleet:
         step_us, step_s = self._step_us, self._step_s
         pilot, telemetry, snapshot = self.pilot, self._telemetry, self._report.snapshot
         setpoints = pilot.setpoints
+        pilot.legs.heed()
         while self.now_us + step_us <= until_us:
             self._model.step(setpoints, self._wind.step(step_s), step_s)
             self.now_us += step_us

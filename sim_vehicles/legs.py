@@ -7,9 +7,8 @@ spun up; then the permitted climb grows along a ramp, as PX4's does.
 
 from __future__ import annotations
 
-from enum import IntEnum
-from math import isfinite, nan
-from typing import Final
+from math import nan
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -23,21 +22,19 @@ PRESS_DOWN: Final = -0.5  # m/s asked for on the ground
 UP: Final = 0.1  # m or m/s above which a setpoint leads up
 
 
-class Kind(IntEnum):
-    """How a leg is flown."""
+# How a leg is flown. Plain numbers: members of an Enum are slow to look up.
+REST: Final = 0  # on the ground, motors off
+GO: Final = 1  # to a place, and stay
+DESCEND: Final = 2  # over a place, to the ground
+FOLLOW: Final = 3  # setpoints from outside
 
-    REST = 0  # on the ground, motors off
-    GO = 1  # to a place, and stay
-    DESCEND = 2  # over a place, to the ground
-    FOLLOW = 3  # setpoints from outside
+# Stages from the ground to the air.
+_GROUND: Final = 0
+_RAMP: Final = 1
+_FLIGHT: Final = 2
 
-
-class Gate(IntEnum):
-    """Stages from the ground to the air."""
-
-    GROUND = 0
-    RAMP = 1
-    FLIGHT = 2
+Asked: TypeAlias = tuple[float, float, float, float, float, float, float, float]
+"""Position, velocity (ENU), yaw, yaw rate of a setpoint; NaN: not controlled."""
 
 
 class Legs:
@@ -45,6 +42,7 @@ class Legs:
 
     Attributes:
         setpoints: what the vehicle model is asked for.
+        followers: vehicles that follow setpoints.
         due_us: (n,) when a vehicle's pause ends; ``ALWAYS_LATER``: it has none.
     """
 
@@ -55,6 +53,8 @@ class Legs:
         self.gate: I8 = np.zeros(n, dtype=np.int8)
         self.due_us: I64 = np.full(n, ALWAYS_LATER, dtype=np.int64)
         self.setpoints = Setpoints.idle(n)
+        self.followers: set[int] = set()
+        self._newest: dict[int, Asked] = {}
         self._wanted = Setpoints.idle(n)
         self._watched: Bools = np.zeros(n, dtype=np.bool_)
         self._radius: F64 = np.ones(n)
@@ -75,12 +75,12 @@ class Legs:
 
     def rest(self, i: int) -> None:
         """Motors off (on the ground, or it falls)."""
-        self._begin(i, Kind.REST)
+        self._begin(i, REST)
         wanted = self._wanted
         wanted.motors[i] = False
         wanted.position[i] = nan
         wanted.velocity[i] = nan
-        self.gate[i] = Gate.GROUND
+        self.gate[i] = _GROUND
 
     def go(
         self,
@@ -100,7 +100,7 @@ class Legs:
             radius_m: horizontal distance at which it has arrived; None: nobody waits for it.
             climb: it is the climb of a take-off, flown slower.
         """
-        self._begin(i, Kind.GO)
+        self._begin(i, GO)
         wanted = self._wanted
         wanted.motors[i] = True
         wanted.position[i] = position
@@ -115,31 +115,49 @@ class Legs:
     def descend(self, i: int, x: float, y: float, yaw_rad: float) -> None:
         """Go down over a place until something stops it."""
         self.go(i, (x, y, nan), yaw_rad)
-        self.kind[i] = Kind.DESCEND
+        self.kind[i] = DESCEND
 
-    def follow(
-        self, i: int, position: Vector, velocity: Vector, yaw_rad: float, yaw_rate: float
-    ) -> None:
-        """Do as a setpoint says, at once; NaN: this part is not controlled."""
-        if self.kind[i] != Kind.FOLLOW:
-            self._begin(i, Kind.FOLLOW)
-            self._wanted.motors[i] = True
-        flying = self.gate[i] == Gate.FLIGHT
-        for setpoints in (self._wanted, self.setpoints) if flying else (self._wanted,):
-            setpoints.position[i] = position
-            setpoints.velocity[i] = velocity
-            setpoints.yaw[i] = yaw_rad
-            setpoints.yaw_rate[i] = yaw_rate
+    def start_following(self, i: int, asked: Asked) -> None:
+        """Do as setpoints say, from this one on."""
+        self._begin(i, FOLLOW)
+        self._wanted.motors[i] = True
+        self._wanted.yaw[i] = self._states.yaw[i]
+        self.followers.add(i)
+        self._newest[i] = asked
+
+    def follow(self, i: int, asked: Asked) -> None:
+        """The newest setpoint of a follower; it counts from the next ``heed`` on."""
+        self._newest[i] = asked
+
+    def heed(self) -> None:
+        """Take in the setpoints that came, no faster than the parameters permit."""
+        if not self._newest:
+            return
+        rows = np.fromiter(self._newest, np.int64, len(self._newest))
+        asked = np.array(list(self._newest.values()))
+        self._newest.clear()
+        position, velocity, yaw, rate = asked[:, :3], asked[:, 3:6], asked[:, 6], asked[:, 7]
+        fastest = self._max_speed[rows]
+        speed = np.sqrt(np.nansum(velocity[:, :2] ** 2, axis=1))
+        velocity[:, :2] *= (fastest / np.maximum(np.maximum(speed, fastest), 1e-9))[:, np.newaxis]
+        np.maximum(velocity[:, 2], -self._max_down[rows], out=velocity[:, 2])
+        np.minimum(velocity[:, 2], self._max_up[rows], out=velocity[:, 2])
+        free = np.isnan(yaw) & np.isnan(rate)  # no word of yaw: keep it
+        if free.any():
+            before = self._wanted.yaw[rows]
+            kept = np.where(np.isnan(before), self._states.yaw[rows], before)
+            yaw[free] = kept[free]
+        flying = self.gate[rows] == _FLIGHT
+        for setpoints, which in ((self._wanted, slice(None)), (self.setpoints, flying)):
+            here = rows[which]
+            setpoints.position[here] = position[which]
+            setpoints.velocity[here] = velocity[which]
+            setpoints.yaw[here] = yaw[which]
+            setpoints.yaw_rate[here] = rate[which]
 
     def has_place(self, i: int) -> bool:
         """Whether the leg leads to a place to stay at."""
-        return bool(self.kind[i] == Kind.GO)
-
-    def kept_yaw(self, i: int) -> float:
-        """The yaw to hold when a setpoint names none: the last one named, or the present one."""
-        asked = float(self._wanted.yaw[i])
-        kept = self.kind[i] == Kind.FOLLOW and isfinite(asked)
-        return asked if kept else float(self._states.yaw[i])
+        return bool(self.kind[i] == GO)
 
     def pause(self, i: int, until_us: int) -> None:
         """Wake the vehicle's routine at a time, wherever it is."""
@@ -153,10 +171,12 @@ class Legs:
 
     def in_flight(self, i: int) -> None:
         """The vehicle starts in the air."""
-        self.gate[i] = Gate.FLIGHT
+        self.gate[i] = _FLIGHT
 
-    def _begin(self, i: int, kind: Kind) -> None:
+    def _begin(self, i: int, kind: int) -> None:
         self.kind[i] = kind
+        self.followers.discard(i)
+        self._newest.pop(i, None)
         self._watched[i] = False
         self._climbing[i] = False
         self.due_us[i] = ALWAYS_LATER
@@ -166,9 +186,10 @@ class Legs:
 
     def fly(self, t_us: int) -> list[int]:
         """Bring the setpoints up to date; tells whose leg, or pause, is done."""
+        self.heed()
         if self._changed or self._parameters.version != self._version:
             self._limit()
-        if (self.kind == Kind.DESCEND).any():
+        if (self.kind == DESCEND).any():
             self._slow_down()
         self._apply(t_us)
         done = self.due_us <= t_us
@@ -187,7 +208,7 @@ class Legs:
         """Land detector: who has landed, who has left the ground, since the last call."""
         ground = self._states.on_ground
         landed = self._status.landed
-        off = landed & ~ground & (self.gate != Gate.GROUND)
+        off = landed & ~ground & (self.gate != _GROUND)
         down = ~landed & ground
         if not down.any():
             self._touch_us.fill(NEVER)
@@ -198,7 +219,7 @@ class Legs:
         self._touch_us[~down] = NEVER
         trigger_us = self._parameters.column("LNDMC_TRIG_TIME") * 1e6
         down &= t_us - self._touch_us >= trigger_us
-        self.gate[down] = Gate.GROUND
+        self.gate[down] = _GROUND
         self._touch_us[down] = NEVER
         return off.nonzero()[0].tolist(), down.nonzero()[0].tolist()
 
@@ -211,7 +232,7 @@ class Legs:
     def _limit(self) -> None:
         """Speed limits of all legs, from parameters and orders."""
         wanted = self._wanted
-        follow = self.kind == Kind.FOLLOW
+        follow = self.kind == FOLLOW
         cruise = np.where(np.isnan(self._speed), self._cruise, self._speed)
         up = np.where(self._climbing, self._climb, self._auto_up)
         np.minimum(np.where(follow, np.inf, cruise), self._max_speed, out=wanted.max_speed)
@@ -222,7 +243,7 @@ class Legs:
 
     def _slow_down(self) -> None:
         """Descent slows between two heights (MPC_LAND_ALT1, 2) to the landing speed."""
-        rows = (self.kind == Kind.DESCEND).nonzero()[0]
+        rows = (self.kind == DESCEND).nonzero()[0]
         column = self._parameters.column
         height = self._states.position[rows, 2] - self._status.home[rows, 2]
         high, low = column("MPC_LAND_ALT1")[rows], column("MPC_LAND_ALT2")[rows]
@@ -240,27 +261,27 @@ class Legs:
         out.max_up[:] = wanted.max_up
         out.max_down[:] = wanted.max_down
         out.motors[:] = wanted.motors
-        if (self.gate != Gate.FLIGHT).any():
+        if (self.gate != _FLIGHT).any():
             self._hold_down(t_us)
 
     def _hold_down(self, t_us: int) -> None:
         """Vehicles not yet in flight: on the ground, or on the ramp."""
         column = self._parameters.column
         spun = t_us - self._status.armed_us >= column("COM_SPOOLUP_TIME") * 1e6
-        begin = (self.gate == Gate.GROUND) & self._status.armed & spun & self._leads_up()
+        begin = (self.gate == _GROUND) & self._status.armed & spun & self._leads_up()
         if begin.any():
-            self.gate[begin] = Gate.RAMP
+            self.gate[begin] = _RAMP
             self._ramp_us[begin] = t_us
         out = self.setpoints
         ramp_s = np.maximum(column("MPC_TKO_RAMP_T"), 1e-3)
         share = (t_us - self._ramp_us) * 1e-6 / ramp_s
-        ramping = self.gate == Gate.RAMP
-        self.gate[ramping & (share >= 1.0)] = Gate.FLIGHT
+        ramping = self.gate == _RAMP
+        self.gate[ramping & (share >= 1.0)] = _FLIGHT
         permitted = RAMP_FROM + (self._climb - RAMP_FROM) * np.minimum(share, 1.0)
         lifting = ramping & (permitted > UP)
         np.minimum(out.max_up, permitted, out=out.max_up, where=lifting)
         np.minimum(out.velocity[:, 2], permitted, out=out.velocity[:, 2], where=lifting)
-        held = (self.gate != Gate.FLIGHT) & ~lifting & out.motors
+        held = (self.gate != _FLIGHT) & ~lifting & out.motors
         out.position[held] = nan
         out.velocity[held] = (0.0, 0.0, PRESS_DOWN)
         out.yaw[held] = self._states.yaw[held]

@@ -9,7 +9,7 @@ import numpy as np
 from sim_vehicles.autopilot import Autopilot
 from sim_vehicles.codec import mav
 from sim_vehicles.flavour import Flavour
-from sim_vehicles.legs import Kind
+from sim_vehicles.legs import DESCEND
 from sim_vehicles.modes import MODES, Mode
 from sim_vehicles.streams import SENSORS, Ints, TelemetrySnapshot
 
@@ -18,6 +18,7 @@ _POSITION: Final[int] = (
     | mav.MAV_SYS_STATUS_AHRS
     | mav.MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL
 )
+_TAKEOFF: Final = int(Mode.TAKEOFF)
 _PREARM: Final[int] = mav.MAV_SYS_STATUS_PREARM_CHECK
 
 
@@ -76,8 +77,8 @@ class Report:
         np.copyto(out.system_status, np.where(armed, flying, grounded))
         landed_state = out.landed_state
         landed_state[:] = mav.MAV_LANDED_STATE_IN_AIR
-        landed_state[mode == Mode.TAKEOFF] = mav.MAV_LANDED_STATE_TAKEOFF
-        landed_state[self._pilot.legs.kind == Kind.DESCEND] = mav.MAV_LANDED_STATE_LANDING
+        landed_state[mode == _TAKEOFF] = mav.MAV_LANDED_STATE_TAKEOFF
+        landed_state[self._pilot.legs.kind == DESCEND] = mav.MAV_LANDED_STATE_LANDING
         landed_state[status.landed] = mav.MAV_LANDED_STATE_ON_GROUND
 
     def plan(self, i: int) -> None:

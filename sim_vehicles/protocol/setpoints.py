@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, hypot, isfinite, nan, pi, sin
+from math import cos, isfinite, nan, pi, sin
 from typing import Any, Final
 
 from sim_vehicles.codec import Packet, mav
@@ -11,16 +11,20 @@ from sim_vehicles.plans import NOWHERE, Vector
 from sim_vehicles.protocol.endpoint import Endpoint
 from sim_vehicles.protocol.orders import FARTHEST_M
 
+_PLACE: Final = 7  # the bits of a position, and of a velocity
+_SPEED: Final = 56
 _FORCE: Final = 512
 _NO_YAW: Final = 1024
 _NO_YAW_RATE: Final = 2048
+_TURNS: Final = 1e3  # rad, rad/s: more is nonsense
 
-_BODY: Final = frozenset(
+_NED: Final[int] = mav.MAV_FRAME_LOCAL_NED
+_BODY: Final[frozenset[int]] = frozenset(
     (mav.MAV_FRAME_BODY_NED, mav.MAV_FRAME_BODY_OFFSET_NED, mav.MAV_FRAME_BODY_FRD)
 )
-_LOCAL: Final = _BODY | {mav.MAV_FRAME_LOCAL_NED, mav.MAV_FRAME_LOCAL_OFFSET_NED}
-_ABSOLUTE: Final = frozenset((mav.MAV_FRAME_GLOBAL, mav.MAV_FRAME_GLOBAL_INT))
-_GLOBAL: Final = _ABSOLUTE | {
+_OFFSET: Final[frozenset[int]] = _BODY | {mav.MAV_FRAME_LOCAL_OFFSET_NED}
+_ABSOLUTE: Final[frozenset[int]] = frozenset((mav.MAV_FRAME_GLOBAL, mav.MAV_FRAME_GLOBAL_INT))
+_GLOBAL: Final[frozenset[int]] = _ABSOLUTE | {
     mav.MAV_FRAME_GLOBAL_RELATIVE_ALT,
     mav.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT,
 }
@@ -34,21 +38,24 @@ def on_local(endpoint: Endpoint, packet: Packet) -> None:
     """
     message = packet.message
     frame = message.coordinate_frame
-    if frame not in _LOCAL:
+    if frame != _NED and frame not in _OFFSET:
         return
-    north, east, down = _wanted(message, 0, message.x, message.y, message.z)
-    vn, ve, vd = _wanted(message, 3, message.vx, message.vy, message.vz)
-    pilot, i = endpoint.pilot, endpoint.index
-    position: Vector = (east, north, -down)
-    velocity: Vector = (ve, vn, -vd)
-    if frame in _BODY:
-        yaw = pilot.yaw(i)
-        position, velocity = _turned(position, yaw), _turned(velocity, yaw)
-    if frame == mav.MAV_FRAME_LOCAL_NED:
-        ox, oy, oz = pilot.status.origin[i].tolist()
-    else:
-        ox, oy, oz = pilot.place(i)
-    _follow(endpoint, message, (position[0] + ox, position[1] + oy, position[2] + oz), velocity)
+    mask = message.type_mask
+    position = velocity = NOWHERE
+    if mask & _SPEED != _SPEED:
+        north, east, down = _wanted(mask >> 3, message.vx, message.vy, message.vz)
+        velocity = east, north, -down
+        if frame in _BODY:
+            velocity = _turned(velocity, endpoint.pilot.yaw(endpoint.index))
+    if mask & _PLACE != _PLACE:
+        pilot, i = endpoint.pilot, endpoint.index
+        north, east, down = _wanted(mask, message.x, message.y, message.z)
+        position = east, north, -down
+        if frame in _BODY:
+            position = _turned(position, pilot.yaw(i))
+        x, y, z = pilot.status.origin[i].tolist() if frame == _NED else pilot.place(i)
+        position = position[0] + x, position[1] + y, position[2] + z
+    _follow(endpoint, message, position, velocity)
 
 
 def on_global(endpoint: Endpoint, packet: Packet) -> None:
@@ -57,24 +64,23 @@ def on_global(endpoint: Endpoint, packet: Packet) -> None:
     if message.coordinate_frame not in _GLOBAL:
         return
     origin = endpoint.services.origin
-    home_z = float(endpoint.pilot.status.home[endpoint.index, 2])
-    position = NOWHERE
-    if not message.type_mask & 3:
+    mask = message.type_mask
+    x = y = z = nan
+    if not mask & 3:
         if abs(message.lat_int) > 900_000_000 or abs(message.lon_int) > 1_800_000_000:
             return
-        x, y, _ = to_enu(message.lat_int * 1e-7, message.lon_int * 1e-7, origin.altitude_m, origin)
-        position = float(x), float(y), nan
-    if not message.type_mask & 4:
+        level = origin.altitude_m
+        x, y, _ = to_enu(message.lat_int * 1e-7, message.lon_int * 1e-7, level, origin).tolist()
+    if not mask & 4:
+        home_z = float(endpoint.pilot.status.home[endpoint.index, 2])
         absolute = message.coordinate_frame in _ABSOLUTE
-        offset = -origin.altitude_m if absolute else home_z
-        position = position[0], position[1], message.alt + offset
-    vn, ve, vd = _wanted(message, 3, message.vx, message.vy, message.vz)
-    _follow(endpoint, message, position, (ve, vn, -vd))
+        z = message.alt + (-origin.altitude_m if absolute else home_z)
+    north, east, down = _wanted(mask >> 3, message.vx, message.vy, message.vz)
+    _follow(endpoint, message, (x, y, z), (east, north, -down))
 
 
-def _wanted(message: Any, first_bit: int, a: float, b: float, c: float) -> Vector:
+def _wanted(mask: int, a: float, b: float, c: float) -> Vector:
     """Three fields, NaN where the mask says to ignore them or they are not finite."""
-    mask = message.type_mask >> first_bit
     return (
         a if not mask & 1 and isfinite(a) else nan,
         b if not mask & 2 and isfinite(b) else nan,
@@ -93,33 +99,14 @@ def _turned(vector: Vector, yaw: float) -> Vector:
 
 
 def _follow(endpoint: Endpoint, message: Any, position: Vector, velocity: Vector) -> None:
-    if message.type_mask & _FORCE or not _something(position, velocity):
+    """Hand a setpoint on, unless it asks for nothing or for what can not be."""
+    mask = message.type_mask
+    asked = (*position, *velocity)
+    if mask & _FORCE or not any(map(isfinite, asked)) or any(abs(x) > FARTHEST_M for x in asked):
         return
-    if any(abs(value) > FARTHEST_M for value in position):
-        return
-    pilot, i = endpoint.pilot, endpoint.index
-    heading, rate = message.yaw, message.yaw_rate
-    yaw = nan
-    if not message.type_mask & _NO_YAW and abs(heading) < 1e3:
-        yaw = (1.5 * pi - heading) % (2 * pi) - pi
-    yaw_rate = nan
-    if not message.type_mask & _NO_YAW_RATE and abs(rate) < 1e3:
-        yaw_rate = -rate
-    pilot.follow(i, position, _bounded(endpoint, velocity), yaw, yaw_rate)
-
-
-def _something(position: Vector, velocity: Vector) -> bool:
-    return any(value == value for value in position) or any(value == value for value in velocity)
-
-
-def _bounded(endpoint: Endpoint, velocity: Vector) -> Vector:
-    """No faster than the vehicle's parameters permit, in the same direction."""
-    get, i = endpoint.pilot.parameters.get, endpoint.index
-    vx, vy, vz = velocity
-    fastest = get(i, "MPC_XY_VEL_MAX")
-    speed = hypot(0.0 if vx != vx else vx, 0.0 if vy != vy else vy)
-    if speed > fastest:
-        vx, vy = vx * (fastest / speed), vy * (fastest / speed)
-    if vz == vz:
-        vz = min(max(vz, -get(i, "MPC_Z_VEL_MAX_DN")), get(i, "MPC_Z_VEL_MAX_UP"))
-    return vx, vy, vz
+    yaw = yaw_rate = nan
+    if not mask & _NO_YAW and abs(message.yaw) < _TURNS:
+        yaw = (1.5 * pi - message.yaw) % (2 * pi) - pi
+    if not mask & _NO_YAW_RATE and abs(message.yaw_rate) < _TURNS:
+        yaw_rate = -message.yaw_rate
+    endpoint.pilot.follow(endpoint.index, (*asked, yaw, yaw_rate))
