@@ -26,17 +26,19 @@ class Understood:
     targets: int
     agents: tuple[Member, ...]
     sweep_s: float  # no fleet can fly over all cells faster
-    wall_s: float | None  # longest flight in real seconds; None: as fast as it can
+    duration_s: float  # the search ends then at the latest
+    speed: float | None  # mission seconds per second; None: as fast as the machine can
 
     def lines(self) -> list[str]:
         """One screen of text."""
-        wall = "as fast as the machine can" if self.wall_s is None else f"{self.wall_s:.0f} s"
+        pace = "as fast as it can" if self.speed is None else f"{self.speed:g} times real time"
         return [
             f"mission   {self.mission}, planner {self.planner}, seed {self.seed}",
             f"area      {self.area_km2:g} km2 in {self.cells} cells, "
             f"hidden targets: {self.targets}",
-            f"clock     {self.clock}, at most {wall}",
-            f"estimate  {self.sweep_s:.0f} s at best to fly over all cells",
+            f"clock     {self.clock}, {pace}",
+            f"search    {self.sweep_s:.0f} s at best to fly over all cells, "
+            f"time limit {self.duration_s:g} s",
             f"agents    {len(self.agents)}",
             *(
                 f"  {agent.id:>3}  start x {agent.start[0]:g} m, y {agent.start[1]:g} m; "
@@ -60,7 +62,8 @@ def understood(mission: Mission) -> Understood:
         targets=len(mission.targets),
         agents=team,
         sweep_s=path_m / (len(team) * mission.safety.speed_m_s),
-        wall_s=mission.duration / mission.speed if mission.clock == "paced" else None,
+        duration_s=mission.duration,
+        speed=mission.speed if mission.clock == "paced" else None,
     )
 
 
