@@ -207,7 +207,7 @@ def any_team(trial: Trial) -> list[str]:
     faults = []
     for size in trials.TEAMS:
         case = trials.scenario(agents=size)
-        for agent in {case.team[0], case.team[-1]}:
+        for agent in sorted({case.team[0], case.team[-1]}):
             found = _tried(trial, case, agent)
             faults += [f"agent {agent} in a team of {size}: {fault}" for fault in found]
     return faults[:3]

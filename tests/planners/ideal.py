@@ -13,7 +13,7 @@ import numpy as np
 
 from planners.belief.merge import SensorModel
 from planners.grid import Grid
-from planners.types import FlyVelocity, GoTo, Neighbours, Reading, Scenario, View
+from planners.types import FlyVelocity, GoTo, Neighbours, Scenario, View
 
 GRID = Grid(0.0, 0.0, 100.0, 10, 10)
 TARGETS = ((4, 5), (4, 7), (7, 5))
@@ -83,7 +83,7 @@ def fly(
             stamp[i, flat] = (tick + 1) * 64 + i
             fresh[i, flat] = True
         cell = now
-        _exchange(position, probability, stamp, range_m, fresh if exchange == "own" else None)
+        exchange_maps(position, probability, stamp, range_m, fresh if exchange == "own" else None)
         if _score(result, case, tick + 1, position, probability, stamp, targets) and stop:
             break
     return result
@@ -101,14 +101,9 @@ def _view(case, i, tick, position, velocity, probability, stamp, range_m):
         position=position[i],
         velocity=velocity[i],
         heading_rad=np.pi / 2,
-        neighbours=Neighbours(
-            heard + 1, position[heard], velocity[heard] * 0.0, np.zeros(len(heard))
-        )
-        if tick == 0
-        else Neighbours(heard + 1, position[heard], velocity[heard], np.zeros(len(heard))),
+        neighbours=Neighbours(heard + 1, position[heard], velocity[heard], np.zeros(len(heard))),
         belief=probability[i].reshape(shape).copy(),
         seen=(stamp[i] >= 0).reshape(shape),
-        readings=(Reading(0, (0, 0), False),) if tick < 0 else (),
     )
 
 
@@ -122,7 +117,8 @@ def _velocity(setpoint, position, case):
     return offset / max(distance, 1e-9) * speed
 
 
-def _exchange(position, probability, stamp, range_m, only):
+def exchange_maps(position, probability, stamp, range_m, only=None):
+    """Belief update among all in range at once: the greatest stamp of every cell wins."""
     gap = np.hypot(*(position[:, None, :2] - position[None, :, :2]).transpose(2, 0, 1))
     sent = np.broadcast_to(stamp, (len(stamp), *stamp.shape))
     if only is not None:
