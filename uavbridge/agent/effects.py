@@ -34,6 +34,7 @@ class Inputs:
     beacons: tuple[Beacon, ...] = ()  # heard on the separation beacon, by sender
     readings: tuple[Reading, ...] = ()
     orders: tuple[Order, ...] = ()
+    late_s: float = 0.0  # how much later than ``t_us`` this step is really made
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -38,9 +38,12 @@ AT_HEIGHT_M = 1.5
 OVER_HOME_M = 1.5
 RETRY_S = 2.0
 STRANGE_MODE_S = 1.5  # a mode we did not ask for, for so long: somebody has the vehicle
+STALL_S = 0.5  # a step so late may have cost us the vehicle: then it is ours to take back
+STALL_MEMORY_S = 10.0
 WARNING = 4  # MAV_SEVERITY; texts less severe stay with the vehicle
 STILL: Vector = (0.0, 0.0, 0.0)
 NEVER_US = -(1 << 60)
+FAILSAFES = frozenset({Mode.HOLD, Mode.RETURN, Mode.LAND})
 
 
 class Flight:
@@ -56,6 +59,7 @@ class Flight:
         self._since_us = 0  # begin of the phase
         self._asked_us = NEVER_US  # newest command, repeated after RETRY_S
         self._strange_us: int | None = None
+        self._stalled_us = NEVER_US
         self._last: Vector | None = None
         self._refusal = ""
         self._effects: list[Effect] = []
@@ -72,6 +76,8 @@ class Flight:
         """
         self._effects = []
         self._odometer(inputs.state)
+        if inputs.late_s > STALL_S:
+            self._stalled_us = inputs.t_us
         for event in inputs.events:
             self._happened(event, inputs)
         if self.phase not in ENDED:
@@ -129,6 +135,9 @@ class Flight:
             self._strange_us = None
         elif self._strange_us is None:
             self._strange_us = t_us
+        elif state.mode in FAILSAFES and to_s(t_us - self._stalled_us) < STALL_MEMORY_S:
+            # Our own setpoints came too late, and the autopilot's failsafe took over.
+            self._ask(Follow(), t_us)
         elif to_s(t_us - self._strange_us) > STRANGE_MODE_S:
             self.failure = f"vehicle went to {state.mode_text or state.mode.value}: yielded"
             self._tell(self.failure, failure=True)

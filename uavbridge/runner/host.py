@@ -98,8 +98,13 @@ class AgentHost:
         """Every agent has landed or failed."""
         return all(seat.agent.phase in ENDED for seat in self.seats)
 
-    def step(self, t_us: int) -> None:
-        """One control tick of every agent, ascending ids."""
+    def step(self, t_us: int, *, late_s: float = 0.0) -> None:
+        """One control tick of every agent, ascending ids.
+
+        Args:
+            t_us: mission time of the tick.
+            late_s: how much later it really is.
+        """
         events = [seat.vehicle.advance(t_us) for seat in self.seats]
         states = [seat.vehicle.state for seat in self.seats]
         where = {

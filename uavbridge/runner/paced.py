@@ -14,7 +14,7 @@ from contextlib import ExitStack
 
 from planners.planner import Planner
 from uavbridge.bus.zenoh_bus import Router, ZenohBus
-from uavbridge.clock import SECOND_US, PacedClock
+from uavbridge.clock import SECOND_US, PacedClock, to_s
 from uavbridge.config import Mission
 from uavbridge.mavlink.link import Link
 from uavbridge.mavlink.udp import UdpLink
@@ -86,7 +86,7 @@ def _loop(
     t_us, late = 0, 0
     while not judge.ended(t_us):
         clock.wait_until(t_us)
-        host.step(t_us)
+        host.step(t_us, late_s=to_s(clock.now_us() - t_us))
         if stop():
             judge.stop(t_us)
         judge.step(t_us)

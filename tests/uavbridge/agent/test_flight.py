@@ -186,6 +186,17 @@ def test_a_pilot_who_takes_the_sticks_has_the_vehicle():
     assert run.agent.flight.failure
 
 
+def test_a_vehicle_lost_by_our_own_delay_is_taken_back():
+    run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))))).until(Phase.SEARCH)
+    run.step(late_s=1.2)
+    run.vehicle.set_mode(Mode.RETURN)
+    for _ in range(60):
+        run.step()
+    assert run.agent.phase is Phase.SEARCH
+    assert run.vehicle.state.mode is Mode.OFFBOARD
+    assert run.agent.flight.failure == ""
+
+
 def test_hold_and_resume_and_land():
     run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))))).until(Phase.SEARCH)
     run.step(orders=(Order.HOLD,))
