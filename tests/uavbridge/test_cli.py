@@ -199,6 +199,14 @@ def test_two_planners_of_one_name(tmp_path: Path) -> None:
     assert done.stderr.startswith("error: planner random: from both built in and other:KIND")
 
 
+def test_sim_is_the_simulators_own_command_line() -> None:
+    help_text = run("sim", "--help")
+    assert help_text.exit_code == 0
+    assert "Usage: uavbridge sim" in help_text.stdout
+    assert "--count" in help_text.stdout
+    assert run("sim", "--count", "none").exit_code == 2
+
+
 def test_schema_is_json() -> None:
     assert json.loads(run("schema").stdout)["title"] == "uavbridge mission file"
 
