@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Protocol, TypeAlias
+from typing import Final, Protocol, TypeAlias
 
 import numpy as np
 
 from planners.types import F64
+
+HIGHEST_M: Final = 10_000.0
 
 
 class Mode(Enum):
@@ -59,7 +61,7 @@ class Disarm:
 
 @dataclass(frozen=True, slots=True)
 class TakeOff:
-    """Climb to a height above home (m) and hold there."""
+    """Climb to a height above home (m) and hold there; refused outside 0..HIGHEST_M."""
 
     height_m: float
 

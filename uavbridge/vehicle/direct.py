@@ -18,6 +18,7 @@ from sim_vehicles.modes import MODES
 from sim_vehicles.modes import Mode as Flown
 from uavbridge.clock import to_us
 from uavbridge.vehicle.api import (
+    HIGHEST_M,
     Arm,
     Command,
     Disarm,
@@ -53,7 +54,6 @@ _ASKED: Final[dict[type[Command], Flown]] = {
     LandHere: Flown.LAND,
     ReturnHome: Flown.RETURN,
 }
-_NOT_CONTROLLED: Final = (nan, nan, nan)
 
 
 class DirectFleet(Protocol):
@@ -146,21 +146,21 @@ class DirectVehicle:
             return pilot.change_mode(i, Flown.OFFBOARD)
         self._setpoint = None
         if isinstance(command, TakeOff):
-            try:
-                pilot.parameters.set(i, "MIS_TAKEOFF_ALT", command.height_m)
-            except ValueError as error:
-                return Refusal(str(error))
+            if not 0.0 < command.height_m <= HIGHEST_M:
+                return Refusal(f"{command.height_m} m is no height to take off to")
+            pilot.parameters.set(i, "MIS_TAKEOFF_ALT", command.height_m)
             return pilot.take_off(i)
         return pilot.change_mode(i, _ASKED[type(command)])
 
     def _follow(self, setpoint: SetVelocity | SetPosition) -> None:
         yaw = nan if setpoint.yaw_rad is None else setpoint.yaw_rad
-        position, velocity = _NOT_CONTROLLED, _NOT_CONTROLLED
         if isinstance(setpoint, SetVelocity):
-            velocity = tuple(setpoint.velocity.tolist())
+            vx, vy, vz = setpoint.velocity.tolist()
+            asked = (nan, nan, nan, vx, vy, vz, yaw, nan)
         else:
-            position = tuple(setpoint.position.tolist())
-        self._pilot.follow(self._index, position, velocity, yaw, nan)
+            x, y, z = setpoint.position.tolist()
+            asked = (x, y, z, nan, nan, nan, yaw, nan)
+        self._pilot.follow(self._index, asked)
 
     def advance(self, t_us: int) -> tuple[VehicleEvent, ...]:
         self._now_us = t_us

@@ -18,6 +18,7 @@ from uavbridge.mavlink.telemetry import Telemetry
 from uavbridge.mavlink.texts import Texts
 from uavbridge.mavlink.wishes import ROUND_S, Wishes, once
 from uavbridge.vehicle.api import (
+    HIGHEST_M,
     Arm,
     Command,
     Disarm,
@@ -25,6 +26,7 @@ from uavbridge.vehicle.api import (
     Said,
     SetPosition,
     SetVelocity,
+    TakeOff,
     VehicleEvent,
     VehicleState,
 )
@@ -128,6 +130,9 @@ class MavlinkVehicle:
         flavour = self._telemetry.flavour
         if isinstance(flavour, str):
             self._errands.refuse(command, flavour)
+            return
+        if isinstance(command, TakeOff) and not 0.0 < command.height_m <= HIGHEST_M:
+            self._errands.refuse(command, f"{command.height_m} m is no height to take off to")
             return
         if not isinstance(command, Arm | Disarm | Follow):
             self._setpoint = None

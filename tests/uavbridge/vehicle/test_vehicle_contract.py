@@ -283,6 +283,16 @@ class TestEveryVehicle:
         with pytest.raises(ValueError, match="finite"):
             flight.vehicle.do(SetVelocity(np.array([np.nan, 0.0, 0.0])), flight.t_us)
 
+    @pytest.mark.parametrize("height_m", [float("nan"), float("inf"), 0.0, -5.0, 1e39])
+    def test_no_height_no_take_off(self, flight: Flight, height_m: float) -> None:
+        flight.ready()
+        flight.vehicle.do(TakeOff(height_m), flight.t_us)
+        flight.run(0.5)
+        (result,) = [event for event in flight.events if isinstance(event, Done | Refused)]
+        assert isinstance(result, Refused)
+        assert "no height to take off to" in result.reason
+        assert flight.vehicle.state.mode is Mode.HOLD
+
 
 class TestOverMavlink:
     def test_two_origins(self) -> None:
