@@ -239,13 +239,24 @@ def test_the_home_position_gives_the_frame_until_the_origin_does() -> None:
     assert bench.vehicle.state.waiting_for == ()
 
 
+def test_a_home_position_does_not_replace_a_known_origin() -> None:
+    """PX4's first HOME_POSITION comes before its estimate has settled, metres off."""
+    bench = Bench().ready()
+    bench.say("HOME_POSITION", latitude=473977384, longitude=85455950, altitude=490495)
+    bench.run(0.05)
+    np.testing.assert_allclose(bench.vehicle.state.position, START, atol=0.02)
+
+
 def test_late_and_doubled_positions_change_nothing() -> None:
     bench = Bench().ready()
     bench.local(2000, x=2.0)
-    bench.local(1900, x=1.0)
+    bench.say("ATTITUDE", time_boot_ms=2000, yaw=pi / 2)
     bench.local(2000, x=2.0)
+    bench.local(1900, x=1.0)
+    bench.say("ATTITUDE", time_boot_ms=1900, yaw=1.0)
     bench.run(0.05)
     assert bench.vehicle.state.position[1] == pytest.approx(START[1] + 2.0, abs=0.02)
+    assert bench.vehicle.state.heading_rad == pytest.approx(0.0, abs=1e-6)
 
 
 def test_nonsense_positions_change_nothing() -> None:
