@@ -1,4 +1,4 @@
-"""``python -m uavbridge`` is the command ``uavbridge``."""
+"""``python -m uavbridge``: the command line."""
 
 from uavbridge.cli import main
 

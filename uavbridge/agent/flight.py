@@ -120,7 +120,7 @@ class Flight:
         if self.phase is Phase.CONNECT:
             if waited_s > patience_s:
                 missing = "no position" if state.link_ok else "never answered: no heartbeat"
-                self._fail(f"{missing} in {patience_s:g} s", t_us)
+                self._fail(f"{missing} in {patience_s:g} s ({self.plan.endpoint})", t_us)
         elif self.phase is Phase.ARM:
             if waited_s > patience_s:
                 why = self._refusal or ", ".join(state.waiting_for) or "no answer"

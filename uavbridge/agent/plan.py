@@ -27,6 +27,7 @@ class AgentPlan:
     return_height_m: float
     duration_s: float  # mission time at which it returns by itself
     keyframe_s: float = 10.0
+    endpoint: str = "simulated"  # where its vehicle is, for messages
     ready_timeout_s: float = 60.0  # to be heard, and then to be ready and armed
     silence_s: float = 5.0  # after which a vehicle counts as lost
 

@@ -26,6 +26,7 @@ CELLS_LIMIT = 1 << 24  # bytes
 
 _HEAD = Struct("<2sBB")
 _FRAME = Struct("<2sBBIIHHq3f3fI")
+_SENDER_AND_TICK = Struct("<II")
 _BEACON = Struct("<2sBBIq3f3f")
 
 _log = logging.getLogger(__name__)
@@ -117,6 +118,12 @@ def encode(frame: Frame) -> bytes:
 def decode(data: bytes, rejects: Counter[str] | None = None) -> Frame | None:
     """The frame in ``data``; None, and its reason counted, when malformed."""
     return accepted(_frame, data, rejects)
+
+
+def sender_and_tick(data: bytes) -> tuple[int, int]:
+    """Sender and tick of a frame that is known to be sound."""
+    sender, tick = _SENDER_AND_TICK.unpack_from(data, 4)
+    return sender, tick
 
 
 def encode_beacon(beacon: Beacon) -> bytes:

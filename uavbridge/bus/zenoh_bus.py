@@ -282,7 +282,8 @@ def _listen(endpoint: str) -> zenoh.Session:
     except zenoh.ZError as fault:
         if "in use" in str(fault):
             raise BusError(f"zenoh router: {endpoint} is in use by another program") from None
-        raise BusError(f"zenoh router cannot listen on {endpoint}: {_short(fault)}") from None
+        reason = _why(fault) or f": {_short(fault)}"
+        raise BusError(f"zenoh router cannot listen on {endpoint}{reason}") from None
 
 
 def _listen_anywhere() -> tuple[str, zenoh.Session]:

@@ -48,7 +48,7 @@ class ProgressView:
         self._first: tuple[float, float] | None = None  # wall and mission time of the first news
         self._latest: Snapshot | None = None
         self._shown: Snapshot | None = None
-        self._alerts = 0  # told in plain lines
+        self._told: set[str] = set()  # alerts, in plain lines
 
     def update(self, now: Snapshot) -> None:
         """Show where the mission is, unless something was shown a moment ago."""
@@ -95,9 +95,10 @@ class ProgressView:
         return (now.t_s - self._first[1]) / (wall - self._first[0])
 
     def _tell_alerts(self, now: Snapshot) -> None:
-        for text in now.alerts[self._alerts :]:
-            self._line(f"! {text}")
-        self._alerts = max(self._alerts, len(now.alerts))
+        for text in now.alerts:
+            if text not in self._told:
+                self._told.add(text)
+                self._line(f"! {text}")
 
     def _line(self, text: str) -> None:
         self._console.print(Text(plain(text)), soft_wrap=True)

@@ -20,7 +20,7 @@ from msgspec import UNSET, Struct, UnsetType
 Triple: TypeAlias = Annotated[list[float], msgspec.Meta(min_length=3, max_length=3)]
 
 # What became of one frame at one receiver, by code.
-OUTCOMES = ("delivered", "range", "loss", "delay", "bandwidth", "malformed", "other")
+OUTCOMES = ("delivered", "out of range", "loss", "delay", "bandwidth", "malformed", "other")
 
 HEARD = np.dtype([("sender", "<u4"), ("tick", "<u4"), ("outcome", "u1")])
 
@@ -116,7 +116,7 @@ TOPICS: dict[str, Topic] = {
     topic.name: topic
     for topic in (
         Topic("mission", "json", MissionRecord),
-        Topic("air", FRAME_ENCODING, schema_text="docs/reference/wire.md"),
+        Topic("air", FRAME_ENCODING, schema_text="docs/reference/wire_format.md"),
         Topic(
             "heard",
             HEARD_ENCODING,

@@ -18,7 +18,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
 from planners.grid import Grid
 from planners.types import F64
@@ -100,23 +100,21 @@ def separation_figure(result: MissionResult) -> str:
     figure = Figure(figsize=(7.4, 2.5), layout="constrained")
     axes = figure.add_subplot()
     axes.plot(series.t_s, series.separation_m, color=BLUE, lw=1.4)
-    finite = series.separation_m[np.isfinite(series.separation_m)]
-    top = float(finite.max()) * 1.12 if finite.size else 10.0
+    known = series.separation_m[np.isfinite(series.separation_m)]
     limit = result.separation_limit_m
+    seen = [float(value) for value in (*known, limit) if value > 0] or [10.0]
+    low, high = min(seen) / 1.6, max(seen) * 1.3
     if np.isfinite(limit):
-        top = max(top, limit * 2)
-        axes.axhspan(0, limit, color=RED, alpha=0.10, lw=0)
+        axes.axhspan(low, limit, color=RED, alpha=0.10, lw=0)
         _limit(axes, limit, f"limit {limit:g} m", RED)
-    if finite.size:
+    if known.size:
         place = int(np.nanargmin(series.separation_m))
-        at, low = float(series.t_s[place]), float(series.separation_m[place])
-        axes.plot(at, low, "o", ms=5, mfc=PAPER, mec=BLUE, mew=1.6)
-        late = at > series.t_s[-1] * 0.7
-        axes.annotate(
-            f"{low:.1f} m", (at, low), (-7 if late else 7, 7), textcoords="offset points",
-            ha="right" if late else "left", color=BLUE, weight="bold",
-        )  # fmt: skip
-    axes.set(ylim=(0, top), ylabel="closest pair (m)")
+        _closest(axes, float(series.t_s[place]), float(series.separation_m[place]), series)
+    # What matters is near the limit, so a factor takes the same height everywhere.
+    axes.set(yscale="log", ylim=(low, high), ylabel="closest pair (m)")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_locator(NullLocator())
     _time_axis(axes, series)
     _plain(axes)
     return _svg(figure, "Distance of the closest pair over time")
@@ -176,6 +174,7 @@ def _grid_lines(axes: Axes, grid: Grid) -> None:
 def _tracks(axes: Axes, tracks: Mapping[int, F64]) -> None:
     named = len(tracks) <= _NAMED
     for place, (agent, track) in enumerate(sorted(tracks.items())):
+        track = track[np.isfinite(track).all(axis=1)]
         if len(track) == 0:
             continue
         colour = _TRACKS[place % len(_TRACKS)] if named else "#3f5f8a"
@@ -248,6 +247,16 @@ def _map_legend(result: MissionResult) -> list[Line2D | Rectangle]:
             )
         )
     return handles
+
+
+def _closest(axes: Axes, at: float, low: float, series: Series) -> None:
+    """Mark the closest approach, with room for its number on either side."""
+    late = at > series.t_s[-1] * 0.7
+    axes.plot(at, low, "o", ms=5, mfc=PAPER, mec=BLUE, mew=1.6, zorder=5)
+    axes.annotate(
+        f"{low:.1f} m", (at, low), (-8 if late else 8, -4), textcoords="offset points",
+        ha="right" if late else "left", va="top", color=BLUE, weight="bold", size=9,
+    )  # fmt: skip
 
 
 def _limit(axes: Axes, value: float, text: str, colour: str) -> None:

@@ -84,6 +84,7 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             return_height_m=height,
             duration_s=mission.duration,
             keyframe_s=mission.radio.keyframe_s,
+            endpoint=mission.endpoint(agent) or "simulated",
         )
         for agent, start, height in zip(scenario.team, scenario.starts, heights, strict=True)
     ]

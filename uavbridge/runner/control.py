@@ -17,7 +17,7 @@ from uavbridge.mavlink.middleware import TlogLink
 from uavbridge.radio.radio import Radio
 from uavbridge.recording.recorder import Recorder
 from uavbridge.runner import assemble
-from uavbridge.runner.host import AgentHost
+from uavbridge.runner.host import AgentHost, HeardNotes
 from uavbridge.runner.judge import Judge
 from uavbridge.vehicle.api import Vehicle
 
@@ -47,13 +47,15 @@ def build_host(
     radio = Radio(mission.radio.range_m, mission.seed)
     beacon = Radio(mission.safety.beacon_range_m, mission.seed)
     truth = TruthTrack(bus)
+    heard = HeardNotes()
     return AgentHost(
         plans,
         vehicles,
         bus=bus,
-        air=Air(bus, radio, agents, assemble.radio_tiling(mission), truth),
+        air=Air(bus, radio, agents, assemble.radio_tiling(mission), truth, log=heard.note),
         beacons=SafetyBeacons(bus, beacon, agents, assemble.beacon_tiling(mission), truth),
         recorder=recorder,
+        heard=heard,
     )
 
 

@@ -7,7 +7,7 @@ only the bus, the links and the clock behind it differ.
 from __future__ import annotations
 
 import logging
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -23,7 +23,7 @@ from uavbridge.bus import keys
 from uavbridge.bus.air import Air, SafetyBeacons
 from uavbridge.bus.api import Bus, Mailbox
 from uavbridge.bus.messages import FullMap, decode_readings, encode_map
-from uavbridge.bus.wire import Vector
+from uavbridge.bus.wire import Vector, sender_and_tick
 from uavbridge.bus.wire import encode as encode_frame
 from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.recording.recorder import Recorder
@@ -33,6 +33,7 @@ from uavbridge.recording.topics import (
     SetpointRecord,
     StateRecord,
     known,
+    pack_heard,
 )
 from uavbridge.report.result import Event
 from uavbridge.vehicle.api import SetVelocity, Vehicle, VehicleState
@@ -53,6 +54,24 @@ class Seat:
     map_us: int = 0  # when its map was last published for people
 
 
+class HeardNotes:
+    """What the radio did with each frame at each receiver, until it is recorded."""
+
+    def __init__(self) -> None:
+        self._rows: defaultdict[int, list[tuple[int, int, str]]] = defaultdict(list)
+
+    def note(self, receiver: int, data: bytes, delivered: bool, reason: str) -> None:
+        """One frame at one receiver; the signature that ``Air`` logs with."""
+        sender, tick = sender_and_tick(data)
+        self._rows[receiver].append((sender, tick, "delivered" if delivered else reason))
+
+    def take(self) -> list[tuple[int, bytes]]:
+        """(receiver, packed rows) since the last call, ascending receivers."""
+        taken = [(receiver, pack_heard(self._rows[receiver])) for receiver in sorted(self._rows)]
+        self._rows.clear()
+        return taken
+
+
 class AgentHost:
     """Runs agents over vehicles and a bus.
 
@@ -63,6 +82,7 @@ class AgentHost:
         air: the emulated radio.
         beacons: the separation beacon.
         recorder: None: nothing is recorded.
+        heard: what the radio's log was given to, to be recorded.
     """
 
     def __init__(
@@ -74,10 +94,12 @@ class AgentHost:
         air: Air,
         beacons: SafetyBeacons,
         recorder: Recorder | None = None,
+        heard: HeardNotes | None = None,
     ) -> None:
         self._bus, self._air, self._beacons, self._recorder = bus, air, beacons, recorder
         self._everybody = bus.subscribe(keys.cmd())
         self._maps: dict[int, bytes] = {}
+        self._heard = heard
         self.rejects: Counter[str] = Counter()  # malformed readings and orders
         self.events: list[Event] = []
         self.seats = [self._seat(plan, vehicles[plan.agent]) for plan in plans]
@@ -112,6 +134,9 @@ class AgentHost:
             for seat, state in zip(self.seats, states, strict=True)
         }
         frames = self._air.receive(where, t_us)
+        if self._recorder and self._heard:
+            for receiver, rows in self._heard.take():
+                self._recorder.write(f"heard/{receiver}", t_us, rows)
         beacons = self._beacons.receive(where, t_us)
         to_all = _orders([sample.data for sample in self._everybody.drain()], self.rejects)
         for seat, state, happened in zip(self.seats, states, events, strict=True):

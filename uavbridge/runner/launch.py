@@ -127,7 +127,9 @@ def _prepare(folder: Path, mission: Mission) -> None:
 
 
 def _mission_record(mission: Mission) -> MissionRecord:
-    return MissionRecord(to_toml(mission), mission.seed, mission.clock, versions())
+    # Where it is written and how it is shown changes nothing of what is flown, nor the digest.
+    flown = msgspec.structs.replace(mission, out=None, headless=False, json=False)
+    return MissionRecord(to_toml(flown), mission.seed, mission.clock, versions())
 
 
 def _record_score(recorder: Recorder, judge: Judge) -> None:

@@ -222,13 +222,13 @@ def test_unknown_numbers_are_left_out() -> None:
         st.tuples(
             st.integers(0, 2**32 - 1),
             st.integers(0, 2**32 - 1),
-            st.sampled_from(["delivered", "range", "loss"]),
+            st.sampled_from(["delivered", "out of range", "loss"]),
         )
     ),
     st.binary(max_size=8),
 )
 def test_heard_round_trip(rows: list[tuple[int, int, str]], rest: bytes) -> None:
     records = unpack_heard(pack_heard(rows) + rest)
-    codes = [{"delivered": 0, "range": 1, "loss": 2}[outcome] for _, _, outcome in rows]
+    codes = [{"delivered": 0, "out of range": 1, "loss": 2}[outcome] for _, _, outcome in rows]
     assert np.array_equal(records["sender"], [sender for sender, _, _ in rows])
     assert np.array_equal(records["outcome"], codes)

@@ -1,0 +1,204 @@
+"""The live bus with its processes and failures: routers, refusals, exits, the example."""
+
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from uavbridge.bus import keys
+from uavbridge.bus.api import Sample
+from uavbridge.bus.messages import FullMap, encode_map
+from uavbridge.bus.zenoh_bus import Router, ZenohBus
+from uavbridge.errors import BusError
+
+pytestmark = pytest.mark.integration
+
+EXAMPLE = Path(__file__).parents[2] / "docs/examples/watch_beliefs.py"
+
+
+@pytest.fixture
+def router() -> Iterator[Router]:
+    with Router() as router:
+        yield router
+
+
+@pytest.fixture
+def taken() -> Iterator[str]:
+    """An endpoint where something else listens, and never says a word."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        yield f"tcp/127.0.0.1:{server.getsockname()[1]}"
+
+
+@pytest.fixture
+def free() -> str:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return f"tcp/127.0.0.1:{server.getsockname()[1]}"
+
+
+def until(happened: Callable[[], object], patience_s: float = 5.0) -> None:
+    deadline = time.monotonic() + patience_s
+    while not happened():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def one_line(error: BusError, endpoint: str) -> bool:
+    text = str(error)
+    return "\n" not in text and endpoint in text and ".rs" not in text and len(text) < 120
+
+
+def test_a_router_that_is_not_there_is_named(free: str) -> None:
+    with pytest.raises(BusError, match="no zenoh router") as caught:
+        ZenohBus(free, "m")
+    assert one_line(caught.value, free)
+
+
+def test_an_endpoint_that_never_answers_is_given_up(taken: str) -> None:
+    start = time.monotonic()
+    with pytest.raises(BusError, match="no zenoh router") as caught:
+        ZenohBus(taken, "m")
+    assert time.monotonic() - start < 4.0
+    assert one_line(caught.value, taken)
+
+
+@pytest.mark.parametrize("endpoint", ["nonsense", "tcp/127.0.0.1:port", "smoke/signals:1"])
+def test_an_endpoint_that_makes_no_sense_is_named(endpoint: str) -> None:
+    for use in (lambda: ZenohBus(endpoint, "m"), lambda: Router(endpoint)):
+        with pytest.raises(BusError) as caught:
+            use()
+        assert one_line(caught.value, endpoint)
+
+
+def test_a_port_in_use_is_named_and_auto_takes_another(taken: str) -> None:
+    with pytest.raises(BusError, match="in use") as caught:
+        Router(taken)
+    assert one_line(caught.value, taken)
+    with Router() as one, Router() as two:
+        assert one.endpoint != two.endpoint
+        with ZenohBus(one.endpoint, "m") as here, ZenohBus(two.endpoint, "m") as there:
+            assert here.connected
+            assert there.connected
+
+
+def test_a_session_may_wait_for_its_router(free: str) -> None:
+    start = threading.Timer(0.3, lambda: routers.append(Router(free)))
+    routers: list[Router] = []
+    start.start()
+    with ZenohBus(free, "m", wait_s=5.0) as bus:
+        assert bus.connected
+    routers[0].close()
+
+
+def test_missions_on_one_router_do_not_hear_each_other(router: Router) -> None:
+    with ZenohBus(router.endpoint, "one") as one, ZenohBus(router.endpoint, "two") as two:
+        mine, other = one.subscribe("**"), two.subscribe("**")
+        until(lambda: one.publish("air/0/0/1", b"x") or mine.drain())
+        assert other.drain() == []
+        assert one.delivered > 0
+
+
+def test_sessions_find_a_router_that_came_back(free: str) -> None:
+    router = Router(free)
+    with ZenohBus(free, "m") as a, ZenohBus(free, "m") as b:
+        box = b.subscribe("air/**")
+        alive, changes = b.watch("alive/*"), list[bytes]()
+        a.serve("state/1/map", lambda _: b"map")
+        a.declare("alive/1")
+        until(lambda: a.publish("air/0/0/1", b"before") or box.drain())
+        router.close()
+        until(lambda: not a.connected)
+        a.publish("air/0/0/1", b"nobody hears")
+        router = Router(free)
+        start = time.monotonic()
+        until(lambda: a.publish("air/0/0/1", b"after") or box.drain())
+        assert time.monotonic() - start < 1.0
+        until(lambda: b.query("state/*/map"))
+        until(lambda: seen(alive.drain(), changes) == [b"1", b"", b"1"])
+    router.close()
+
+
+def seen(samples: list[Sample], into: list[bytes]) -> list[bytes]:
+    into += [sample.data for sample in samples]
+    return into
+
+
+def test_a_reader_that_sleeps_loses_the_oldest_and_says_so(
+    router: Router, caplog: pytest.LogCaptureFixture
+) -> None:
+    with ZenohBus(router.endpoint, "m", capacity=4) as bus:
+        box = bus.subscribe("air/**")
+        for i in range(10):
+            bus.publish("air/0/0/1", b"%d" % i)
+        until(lambda: box.overflows or box.drain())
+        assert box.overflows == 1
+        assert "may be lost" in caplog.text
+
+
+@pytest.mark.parametrize("ending", ["raise SystemExit(3)", "raise ValueError('x')", "os.abort()"])
+def test_a_process_that_forgets_to_close_ends_at_once(router: Router, ending: str) -> None:
+    script = f"""
+import os
+from uavbridge.bus.zenoh_bus import Router, ZenohBus
+bus = ZenohBus({router.endpoint!r}, "m")
+boxes = [bus.subscribe("air/**"), bus.watch("alive/*")]
+bus.serve("state/1/map", lambda key: b"map")
+bus.declare("alive/1")
+bus.publish("air/0/0/1", b"x")
+router = Router()
+{ending}
+"""
+    with ZenohBus(router.endpoint, "m") as bus:
+        alive = bus.watch("alive/1")
+        changes: list[bytes] = []
+        done = subprocess.run(
+            [sys.executable, "-c", script], capture_output=True, text=True, timeout=20
+        )
+        assert done.returncode != 0
+        assert done.stdout == ""
+        until(lambda: seen(alive.drain(), changes) == [b"1", b""])
+
+
+def example_map(t_us: int) -> bytes:
+    chance = np.array([[0.05, 0.5, 0.9], [0.25, 0.5, 1.0]])
+    return encode_map(FullMap(3, t_us, 0.0, 0.0, 100.0, chance, np.full((2, 3), -1)))
+
+
+@pytest.mark.parametrize("count", ["2", "1000000"])
+def test_the_example_prints_maps_and_ends(router: Router, count: str) -> None:
+    watcher = subprocess.Popen(
+        [sys.executable, str(EXAMPLE), "3", router.endpoint, count],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert watcher.stdout is not None
+    printed: list[str] = []
+    reading = threading.Thread(target=lambda: printed.extend(iter(watcher.stdout.readline, "")))
+    reading.start()
+    with ZenohBus(router.endpoint, "any mission") as bus:
+        bus.serve(keys.state_map(3), lambda _: example_map(0))
+        t_us = iter(range(500_000, 10**9, 500_000))
+        while watcher.poll() is None and len(printed) < 8:
+            bus.publish(keys.state_map(3), example_map(next(t_us)))
+            time.sleep(0.02)
+    if count != "2":
+        watcher.send_signal(signal.SIGINT)
+    assert watcher.wait(10) == 0
+    reading.join()
+    errors = watcher.stderr.read()
+    watcher.stdout.close()
+    watcher.stderr.close()
+    assert errors == ""
+    assert len(printed) >= 8
+    for i in range(0, 8, 4):
+        title, *rows = printed[i : i + 4]
+        assert re.fullmatch(r"agent 3 at \d+\.\d s, north up:\n", title)
+        assert [row.strip("[] \n") for row in rows] == ["0.9  1.", "0.5  0.5", "0.05 0.25"]
