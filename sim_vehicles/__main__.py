@@ -158,8 +158,7 @@ def main(**values: Any) -> None:
         transport = _transport(options, seats)
     except ports.ServerError as error:
         raise click.ClickException(str(error)) from error
-    _show(options, seats)
-    report = asyncio.run(_fly(options, fleet, transport))
+    report = asyncio.run(_fly(options, seats, fleet, transport))
     _sum_up(options, fleet, report)
 
 
@@ -192,8 +191,13 @@ def _transport(options: Options, seats: tuple[ports.Seat, ...]) -> TcpPorts | Ud
     return UdpPorts(options.host, [seat.port for seat in seats])
 
 
-async def _fly(options: Options, fleet: Fleet, transport: TcpPorts | UdpPorts) -> Report:
-    """Serve until SIGINT or SIGTERM; a second one ends the process the hard way."""
+async def _fly(
+    options: Options,
+    seats: tuple[ports.Seat, ...],
+    fleet: Fleet,
+    transport: TcpPorts | UdpPorts,
+) -> Report:
+    """Show the table and serve until SIGINT or SIGTERM; a second signal ends the process."""
     from sim_vehicles.server import serve
 
     loop = asyncio.get_running_loop()
@@ -205,6 +209,7 @@ async def _fly(options: Options, fleet: Fleet, transport: TcpPorts | UdpPorts) -
 
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, end, number)
+    _show(options, seats)
     return await serve(
         fleet, transport, speed=options.speed, duration_s=options.duration, stop=stop
     )
