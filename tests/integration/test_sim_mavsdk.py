@@ -1,0 +1,212 @@
+"""The simulator flown by MAVSDK, a client that knows nothing of us."""
+
+import asyncio
+import math
+from collections.abc import AsyncIterator, Awaitable, Callable
+from typing import Any
+
+import pytest
+
+pytest.importorskip("mavsdk.asyncio")
+
+from mavsdk.asyncio import ComponentType, Configuration, Mavsdk
+from mavsdk.asyncio.plugins.action import ActionAsync, ActionError
+from mavsdk.asyncio.plugins.info import InfoAsync
+from mavsdk.asyncio.plugins.mission_raw import MissionItem, MissionRawAsync
+from mavsdk.asyncio.plugins.offboard import OffboardAsync, PositionNedYaw, VelocityNedYaw
+from mavsdk.asyncio.plugins.param import ParamAsync
+from mavsdk.asyncio.plugins.telemetry import FlightMode, LandedState, TelemetryAsync
+
+from tests.integration.simulator import simulator
+
+pytestmark = pytest.mark.integration
+
+
+async def until(values: AsyncIterator[Any], accept: Callable[[Any], bool], within_s: float = 20.0):
+    """The first value that is accepted."""
+    async with asyncio.timeout(within_s):
+        async for value in values:
+            if accept(value):
+                return value
+    raise AssertionError("the stream ended")
+
+
+def near(place: tuple[float, float, float], within: float = 1.0) -> Callable[[Any], bool]:
+    def accept(value: Any) -> bool:
+        at = value.position
+        return math.dist((at.north_m, at.east_m, at.down_m), place) < within
+
+    return accept
+
+
+class Drone:
+    """All plugins of one vehicle."""
+
+    def __init__(self, system: Any) -> None:
+        self.action = ActionAsync(system)
+        self.info = InfoAsync(system)
+        self.mission = MissionRawAsync(system)
+        self.offboard = OffboardAsync(system)
+        self.param = ParamAsync(system)
+        self.telemetry = TelemetryAsync(system)
+
+    async def mode(self, mode: FlightMode) -> None:
+        await until(self.telemetry.subscribe_flight_mode(), lambda value: value == mode)
+
+    async def ready(self) -> None:
+        await until(
+            self.telemetry.subscribe_health(), lambda h: h.is_armable and h.is_home_position_ok
+        )
+
+    async def up(self, height_m: float) -> None:
+        await self.ready()
+        await self.action.set_takeoff_altitude(height_m)
+        await self.action.arm()
+        await self.action.takeoff()
+        await until(
+            self.telemetry.subscribe_position(), lambda p: p.relative_altitude_m > height_m - 0.5
+        )
+
+    async def down(self) -> None:
+        await until(self.telemetry.subscribe_landed_state(), lambda s: s == LandedState.ON_GROUND)
+        await until(self.telemetry.subscribe_armed(), lambda armed: not armed)
+
+
+def fly(flight: Callable[[Drone], Awaitable[None]], *arguments: str) -> None:
+    """Start a simulator and give its first vehicle to ``flight``."""
+
+    async def run(port: int) -> None:
+        kind = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
+        async with Mavsdk(kind) as sdk:
+            await sdk.add_any_connection(f"udpin://127.0.0.1:{port}")
+            await flight(Drone(await sdk.first_autopilot(timeout_s=10)))
+
+    with simulator("--speed", "8", *arguments) as sim:
+        asyncio.run(run(sim.port))
+
+
+def test_health_identity_and_parameters():
+    async def flight(drone: Drone) -> None:
+        await drone.ready()
+        health = await drone.telemetry.health()
+        for name in (
+            "is_gyrometer_calibration_ok",
+            "is_accelerometer_calibration_ok",
+            "is_magnetometer_calibration_ok",
+            "is_local_position_ok",
+            "is_global_position_ok",
+            "is_home_position_ok",
+            "is_armable",
+        ):
+            assert getattr(health, name), name
+        assert (await drone.info.get_version()).flight_sw_major == 1
+        origin = await drone.telemetry.get_gps_global_origin()
+        assert origin.latitude_deg == pytest.approx(47.397742)
+        battery = await until(drone.telemetry.subscribe_battery(), lambda _: True)
+        assert battery.remaining_percent > 90
+        gps = await until(drone.telemetry.subscribe_gps_info(), lambda _: True)
+        assert gps.fix_type >= 3
+
+        assert await drone.param.get_param_float("MPC_XY_VEL_MAX") == 12.0
+        await drone.param.set_param_float("MPC_XY_VEL_MAX", 7.5)
+        assert await drone.param.get_param_float("MPC_XY_VEL_MAX") == 7.5
+        await drone.param.set_param_int("SYS_AUTOSTART", 4002)
+        assert await drone.param.get_param_int("SYS_AUTOSTART") == 4002
+        everything = await drone.param.get_all_params()
+        assert len(everything.float_params) > 10
+
+    fly(flight)
+
+
+def test_takeoff_goto_and_land():
+    async def flight(drone: Drone) -> None:
+        await drone.up(8.0)
+        assert await drone.telemetry.in_air()
+        with pytest.raises(ActionError, match="DENIED"):
+            await drone.action.disarm()
+        await drone.action.goto_location(47.397922, 8.545594, 488.0 + 12.0, 0.0)
+        await until(drone.telemetry.subscribe_position_velocity_ned(), near((20.0, 0.0, -12.0)), 40)
+        await drone.action.hold()
+        await drone.mode(FlightMode.HOLD)
+        await drone.action.land()
+        await drone.mode(FlightMode.LAND)
+        await drone.down()
+
+    fly(flight)
+
+
+def test_offboard_position_velocity_and_return():
+    async def flight(drone: Drone) -> None:
+        await drone.up(6.0)
+        await drone.offboard.set_position_ned(PositionNedYaw(15.0, -10.0, -8.0, 90.0))
+        await drone.offboard.start()
+        await drone.mode(FlightMode.OFFBOARD)
+        moves = drone.telemetry.subscribe_position_velocity_ned
+        await until(moves(), near((15.0, -10.0, -8.0)))
+        await until(
+            drone.telemetry.subscribe_attitude_euler(), lambda e: abs(e.yaw_deg - 90.0) < 5.0
+        )
+        await drone.offboard.set_velocity_ned(VelocityNedYaw(0.0, 2.0, 0.0, 90.0))
+        await until(moves(), lambda m: abs(m.velocity.east_m_s - 2.0) < 0.2)
+        await drone.offboard.stop()
+        await drone.mode(FlightMode.HOLD)
+        await drone.action.return_to_launch()
+        await drone.mode(FlightMode.RETURN_TO_LAUNCH)
+        await drone.down()
+        await until(moves(), near((0.0, 0.0, 0.0)))
+
+    fly(flight)
+
+
+def test_missions_go_up_come_down_and_are_flown():
+    def item(seq: int, command: int, north_m: float, height_m: float) -> MissionItem:
+        latitude = round((47.397742 + north_m / 111_170) * 1e7)
+        first = 1 if seq == 0 else 0
+        return MissionItem(
+            seq, 6, command, first, 1, 0.0, 1.0, 0.0, math.nan, latitude, 85455940, height_m, 0
+        )
+
+    takeoff, waypoint = 22, 16
+    items = [
+        item(0, takeoff, 0.0, 10.0),
+        item(1, waypoint, 15.0, 10.0),
+        item(2, waypoint, 30.0, 12.0),
+    ]
+
+    async def flight(drone: Drone) -> None:
+        await drone.ready()
+        await drone.mission.upload_mission(items)
+        back = await drone.mission.download_mission()
+        assert [(i.seq, i.command, i.x, i.y, i.z) for i in back] == [
+            (i.seq, i.command, i.x, i.y, i.z) for i in items
+        ]
+        await drone.action.arm()
+        await drone.mission.start_mission()
+        await drone.mode(FlightMode.MISSION)
+        await until(
+            drone.telemetry.subscribe_position_velocity_ned(), near((30.0, 0.0, -12.0), 2.0), 40
+        )
+        await drone.mission.clear_mission()
+        assert list(await drone.mission.download_mission()) == []
+        await drone.action.land()
+        await drone.down()
+
+    fly(flight)
+
+
+def test_many_vehicles_on_one_port_are_all_found():
+    async def run(port: int) -> None:
+        kind = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
+        async with Mavsdk(kind) as sdk:
+            await sdk.add_any_connection(f"udpin://127.0.0.1:{port}")
+            async with asyncio.timeout(20):
+                while len(await sdk.get_systems()) < 12:
+                    await asyncio.sleep(0.05)
+            drones = [Drone(system) for system in await sdk.get_systems()]
+            await asyncio.gather(*(drone.ready() for drone in drones))
+            await asyncio.gather(*(drone.action.arm() for drone in drones))
+            for drone in drones:
+                await until(drone.telemetry.subscribe_armed(), bool)
+
+    with simulator("--count", "12", "--speed", "2") as sim:
+        asyncio.run(run(sim.port))
