@@ -171,34 +171,36 @@ def example_map(t_us: int) -> bytes:
     return encode_map(FullMap(3, t_us, 0.0, 0.0, 100.0, chance, np.full((2, 3), -1)))
 
 
+@pytest.fixture
+def watcher(router: Router, count: str) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, str(EXAMPLE), "3", router.endpoint, count]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
+        yield process
+        process.kill()
+
+
 @pytest.mark.parametrize("count", ["2", "1000000"])
-def test_the_example_prints_maps_and_ends(router: Router, count: str) -> None:
-    watcher = subprocess.Popen(
-        [sys.executable, str(EXAMPLE), "3", router.endpoint, count],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert watcher.stdout is not None
+def test_the_example_prints_maps_and_ends(
+    router: Router, watcher: subprocess.Popen[str], count: str
+) -> None:
     printed: list[str] = []
-    reading = threading.Thread(target=lambda: printed.extend(iter(watcher.stdout.readline, "")))
+    reading = threading.Thread(target=lambda: printed.extend(watcher.stdout or ()))
     reading.start()
     with ZenohBus(router.endpoint, "any mission") as bus:
         bus.serve(keys.state_map(3), lambda _: example_map(0))
         t_us = iter(range(500_000, 10**9, 500_000))
-        while watcher.poll() is None and len(printed) < 8:
+        while watcher.poll() is None and (count == "2" or len(printed) < 12):
             bus.publish(keys.state_map(3), example_map(next(t_us)))
             time.sleep(0.02)
     if count != "2":
         watcher.send_signal(signal.SIGINT)
     assert watcher.wait(10) == 0
     reading.join()
-    errors = watcher.stderr.read()
-    watcher.stdout.close()
-    watcher.stderr.close()
-    assert errors == ""
-    assert len(printed) >= 8
-    for i in range(0, 8, 4):
+    assert watcher.stderr is not None
+    assert watcher.stderr.read() == ""
+    assert len(printed) >= 12
+    for i in range(0, 12, 4):
         title, *rows = printed[i : i + 4]
         assert re.fullmatch(r"agent 3 at \d+\.\d s, north up:\n", title)
         assert [row.strip("[] \n") for row in rows] == ["0.9  1.", "0.5  0.5", "0.05 0.25"]
