@@ -134,12 +134,12 @@ def test_failures_are_told_once_and_at_once() -> None:
     terminal = Terminal(terminal=False)
     with terminal.view() as view:
         for tick in count():
-            alerts = ("agent 5: link lost", "agent 6: refuses to arm")[:tick]
+            alerts = ("agent 2: refuses to arm", "agent 5: link lost")[2 - tick :]
             view.update(replace(moment(), alerts=alerts))
             if tick == 2:
                 break
     assert terminal.text.count("! agent 5: link lost\n") == 1
-    assert terminal.text.count("! agent 6: refuses to arm\n") == 1
+    assert terminal.text.count("! agent 2: refuses to arm\n") == 1
 
 
 def test_texts_of_others_are_no_markup() -> None:
