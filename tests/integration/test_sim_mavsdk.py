@@ -205,8 +205,7 @@ def test_many_vehicles_on_one_port_are_all_found():
             drones = [Drone(system) for system in await sdk.get_systems()]
             await asyncio.gather(*(drone.ready() for drone in drones))
             await asyncio.gather(*(drone.action.arm() for drone in drones))
-            for drone in drones:
-                await until(drone.telemetry.subscribe_armed(), bool)
+            await asyncio.gather(*(until(d.telemetry.subscribe_armed(), bool) for d in drones))
 
     with simulator("--count", "12", "--speed", "2") as sim:
         asyncio.run(run(sim.port))
