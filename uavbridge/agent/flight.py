@@ -177,7 +177,7 @@ class Flight:
             if not state.armed and not state.in_air:
                 self._enter(Phase.DONE, t_us)
         elif self.phase in FOLLOWING:
-            self._follow(position, t_us, setpoint, traffic)
+            self._follow(state, t_us, setpoint, traffic)
 
     def _take_off(self, state: VehicleState, position: Vector, t_us: int) -> None:
         if position[2] - self.home[2] >= 0.8 * self.plan.low_height_m:
@@ -193,11 +193,20 @@ class Flight:
             self._ask(LandHere(), t_us)
 
     def _follow(
-        self, position: Vector, t_us: int, setpoint: Setpoint | None, traffic: list[Traffic]
+        self, state: VehicleState, t_us: int, setpoint: Setpoint | None, traffic: list[Traffic]
     ) -> None:
+        position = _vector(state)
+        vx, vy, vz = state.velocity.tolist()
         velocity = self._steer(position, t_us, setpoint, traffic)
         near_ground = self.phase in (Phase.CLIMB, Phase.DESCEND, Phase.LAND)
-        safe = constrain(velocity, position, traffic, self.plan.envelope, keep_band=not near_ground)
+        safe = constrain(
+            velocity,
+            position,
+            (vx, vy, vz),
+            traffic,
+            self.plan.envelope,
+            keep_band=not near_ground,
+        )
         self.limited_by = safe.limited_by
         self._effects.append(Do(SetVelocity(np.array(safe.velocity))))
 

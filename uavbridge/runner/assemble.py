@@ -22,12 +22,20 @@ from uavbridge.rng import stream
 from uavbridge.safety.envelope import Envelope
 
 LAYER_CLEARANCE = 1.2  # between return heights, in separation distances
+HICCUP_S = 0.5  # wall time for which a busy machine may hold up a process
+OFFBOARD_LOSS_S = 1.0  # COM_OF_LOSS_T as PX4 has it
 
 
 def origin(mission: Mission) -> Geodetic:
     """Where the mission's frame lies on the Earth."""
     home = mission.home
     return Geodetic(home.latitude_deg, home.longitude_deg, home.altitude_m)
+
+
+def patience(mission: Mission, duration_s: float) -> float:
+    """A time-out in mission time, but never so short in wall time that a hiccup trips it."""
+    speed = mission.speed if mission.clock == "paced" else 0.0
+    return max(duration_s, HICCUP_S * speed)
 
 
 def planner_of(mission: Mission, kind: PlannerKind | None = None) -> Planner:
@@ -85,6 +93,7 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             duration_s=mission.duration,
             keyframe_s=mission.radio.keyframe_s,
             endpoint=mission.endpoint(agent) or "simulated",
+            silence_s=patience(mission, 5.0),
         )
         for agent, start, height in zip(scenario.team, scenario.starts, heights, strict=True)
     ]
@@ -104,7 +113,10 @@ def fleet_of(mission: Mission, agents: tuple[int, ...]) -> Fleet:
         seed=mission.seed,
         wind=WindSpec((w.east_m_s, w.north_m_s, w.up_m_s), w.gust_m_s),
         step_s=mission.simulator.step_s,
-        parameters=mission.simulator.parameters,
+        parameters={
+            "COM_OF_LOSS_T": patience(mission, OFFBOARD_LOSS_S),
+            **mission.simulator.parameters,
+        },
     )
 
 

@@ -65,7 +65,10 @@ def fly_paced(
         clock = simulation.start()
         vehicles = {
             agent: MavlinkVehicle(
-                logged(link, agent, recorder, clock), agent, origin=assemble.origin(mission)
+                logged(link, agent, recorder, clock),
+                agent,
+                origin=assemble.origin(mission),
+                link_timeout_s=assemble.patience(mission, 3.0),
             )
             for agent, link in links.items()
         }

@@ -8,31 +8,42 @@ from math import inf, sqrt
 
 @dataclass(frozen=True, slots=True)
 class Braking:
-    """How a vehicle can stop: it goes on for ``latency_s``, then slows by ``brake_m_s2``."""
+    """How a vehicle can stop: it goes on for ``latency_s``, then slows by ``brake_m_s2``.
+
+    The latency is the whole of a position's age, the way of a setpoint, and the lag of the
+    autopilot's velocity loop; the braking is half of what a small multirotor can do.
+    """
 
     brake_m_s2: float = 1.5
-    latency_s: float = 1.0  # beacon's age, half a control step, lag of the velocity loop
+    latency_s: float = 1.5
 
-    def approach_speed(self, room_m: float) -> float:
-        """Largest speed (m/s) towards a wall from which it stops in time.
+    def approach_speed(self, room_m: float, closing_m_s: float) -> float:
+        """Largest speed (m/s) to ask for towards a wall.
 
-        Solves v latency + v^2 / (2 brake) = room. Beyond the wall (room < 0) it
-        is negative: back out, at half the depth per second.
+        Args:
+            room_m: distance to it.
+            closing_m_s: the speed towards it now; what it flies during the latency is
+                no room any more.
+
+        Returns:
+            A speed from which it stops in time; below 0 (away from the wall) where that
+            has become impossible, or beyond the wall.
         """
-        if room_m <= 0:
-            return max(0.5 * room_m, -2.0)
-        b, tau = self.brake_m_s2, self.latency_s
-        return b * (sqrt(tau * tau + 2 * room_m / b) - tau)
+        return self._speed(room_m, closing_m_s, 2 * self.brake_m_s2)
 
-    def share_speed(self, room_m: float) -> float:
-        """Each one's share of the closing speed when both brake; see ``approach_speed``.
+    def share_speed(self, room_m: float, closing_m_s: float) -> float:
+        """Each one's share of the closing speed when two vehicles brake; as ``approach_speed``.
 
-        Solves w latency + w^2 / (4 brake) = room for the closing speed w = 2 v.
+        Together they slow by twice the braking, so that w^2 / (4 brake) = room bounds the
+        closing speed w; each may have half of it.
         """
-        if room_m <= 0:
-            return max(0.5 * room_m, -2.0)
-        b, tau = self.brake_m_s2, self.latency_s
-        return b * (sqrt(tau * tau + room_m / b) - tau)
+        return self._speed(room_m, closing_m_s, self.brake_m_s2)
+
+    def _speed(self, room_m: float, closing_m_s: float, factor_m_s2: float) -> float:
+        left_m = room_m - max(closing_m_s, 0.0) * self.latency_s
+        if left_m <= 0:
+            return max(0.5 * left_m, -2.0)
+        return sqrt(factor_m_s2 * left_m)
 
     def reach(self, speed_m_s: float) -> float:
         """Room (m) beyond which two vehicles at ``speed_m_s`` leave each other alone."""

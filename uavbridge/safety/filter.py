@@ -2,10 +2,11 @@
 
 Every rule is a half-space ``n . v <= c`` of the velocity: towards a fence or the
 end of the altitude band no faster than can be stopped in time, towards another
-vehicle no faster than one's own share of what both can stop in time. While
-nobody is too close already, every c is at least 0, standing still satisfies
-all of them, and so a safe velocity always exists; if each vehicle keeps its share,
-no pair comes nearer than the separation distance (a control barrier function).
+vehicle no faster than one's own share of what both can stop in time, counting
+what they fly before a setpoint takes effect. While there is time to stop, every c
+is at least 0, standing still satisfies all of them, and so a safe velocity
+exists; if each vehicle keeps its share, no pair comes nearer than the separation
+distance (a control barrier function).
 
 Plain floats: the sets are tiny, and numpy would cost ten times as much.
 """
@@ -58,6 +59,7 @@ class Filtered:
 def constrain(
     wanted: Vector,
     position: Vector,
+    velocity: Vector,
     traffic: Iterable[Traffic],
     envelope: Envelope,
     *,
@@ -68,45 +70,47 @@ def constrain(
     Args:
         wanted: ENU m/s.
         position: own, ENU m.
+        velocity: own, as flown now, ENU m/s.
         traffic: the others, as last heard and carried forward to now.
         envelope: the rules.
         keep_band: False on the way up from or down to the ground, where the
             lower end of the altitude band does not hold.
     """
-    named = [("fence", rule) for rule in _fence(position, envelope)]
-    named += [("altitude", rule) for rule in _band(position, envelope, keep_band)]
-    separation = _separation(wanted, position, traffic, envelope)
+    named = [("fence", rule) for rule in _fence(position, velocity, envelope)]
+    named += [("altitude", rule) for rule in _band(position[2], velocity[2], envelope, keep_band)]
+    separation = _separation(position, velocity, traffic, envelope)
     named += [("separation", rule) for rule, _ in separation]
     limited = [name for name, rule in named if rule.along(wanted) > rule.limit + 1e-9]
     slow = _limit_speed(wanted, envelope)
     if slow != wanted:
         limited.append("speed")
     rules = [rule for _, rule in named]
-    velocity = _project(_sidestep(slow, separation), rules, envelope)
-    return Filtered(velocity, tuple(dict.fromkeys(limited)))
+    safe = _project(_sidestep(slow, separation), rules, envelope)
+    return Filtered(safe, tuple(dict.fromkeys(limited)))
 
 
-def _fence(position: Vector, e: Envelope) -> list[HalfSpace]:
+def _fence(position: Vector, velocity: Vector, e: Envelope) -> list[HalfSpace]:
     x, y, _ = position
+    vx, vy, _ = velocity
     speed = e.braking.approach_speed
     return [
-        HalfSpace(1.0, 0.0, 0.0, speed(e.east_m - x)),
-        HalfSpace(-1.0, 0.0, 0.0, speed(x - e.west_m)),
-        HalfSpace(0.0, 1.0, 0.0, speed(e.north_m - y)),
-        HalfSpace(0.0, -1.0, 0.0, speed(y - e.south_m)),
+        HalfSpace(1.0, 0.0, 0.0, speed(e.east_m - x, vx)),
+        HalfSpace(-1.0, 0.0, 0.0, speed(x - e.west_m, -vx)),
+        HalfSpace(0.0, 1.0, 0.0, speed(e.north_m - y, vy)),
+        HalfSpace(0.0, -1.0, 0.0, speed(y - e.south_m, -vy)),
     ]
 
 
-def _band(position: Vector, e: Envelope, keep_band: bool) -> list[HalfSpace]:
+def _band(z: float, vz: float, e: Envelope, keep_band: bool) -> list[HalfSpace]:
     speed = e.braking.approach_speed
-    rules = [HalfSpace(0.0, 0.0, 1.0, speed(e.altitude_max_m - position[2]))]
+    rules = [HalfSpace(0.0, 0.0, 1.0, speed(e.altitude_max_m - z, vz))]
     if keep_band:
-        rules.append(HalfSpace(0.0, 0.0, -1.0, speed(position[2] - e.altitude_min_m)))
+        rules.append(HalfSpace(0.0, 0.0, -1.0, speed(z - e.altitude_min_m, -vz)))
     return rules
 
 
 def _separation(
-    wanted: Vector, position: Vector, traffic: Iterable[Traffic], e: Envelope
+    position: Vector, velocity: Vector, traffic: Iterable[Traffic], e: Envelope
 ) -> list[tuple[HalfSpace, Vector]]:
     """A rule per vehicle that matters, and the horizontal direction that passes it on the right."""
     care = e.care_m
@@ -121,7 +125,9 @@ def _separation(
         if distance < TOUCHING_M:  # the same point: any direction will do, up is free
             dx, dy, dz, distance = 0.0, 0.0, -1.0, 1.0
         x, y, z = dx / distance, dy / distance, dz / distance
-        limit = e.braking.share_speed(distance - e.separation_m)
+        vx, vy, vz = other.velocity
+        closing = (velocity[0] - vx) * x + (velocity[1] - vy) * y + (velocity[2] - vz) * z
+        limit = e.braking.share_speed(distance - e.separation_m, closing)
         flat = hypot(x, y)
         right = (y / flat, -x / flat, 0.0) if flat > 0.2 else (0.0, 0.0, 0.0)
         rules.append((HalfSpace(x, y, z, limit), right))
