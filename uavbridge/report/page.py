@@ -12,7 +12,6 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
-from uavbridge.report.figures import bytes_figure, map_figure, progress_figure, separation_figure
 from uavbridge.report.quantity import count, data_size, duration, number
 from uavbridge.report.result import AgentResult, MissionResult
 from uavbridge.report.summary import summary_json
@@ -30,6 +29,14 @@ def write_report(result: MissionResult, folder: Path) -> Path:
 
 def report_page(result: MissionResult) -> str:
     """The page as text."""
+    # Half a second of matplotlib, spared to everything that imports this and draws nothing.
+    from uavbridge.report.figures import (
+        bytes_figure,
+        map_figure,
+        progress_figure,
+        separation_figure,
+    )
+
     sections = (
         _section("Map", _figure(map_figure(result), _map_caption(result))),
         _section("Progress", _figure(progress_figure(result), _PROGRESS_CAPTION)),
