@@ -78,6 +78,7 @@ class Autopilot:
             self.status.flown[i] = True
             self.legs.in_flight(i)
             self._set_armed(i)
+        self.legs.fly(0)  # those in the air are held there from the first step on
 
     @property
     def setpoints(self) -> Setpoints:

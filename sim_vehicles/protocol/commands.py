@@ -154,10 +154,9 @@ def _start_mission(endpoint: Endpoint, order: Order) -> int:
     first = order.whole(1)
     if steps and not 0 <= first < steps:
         return DENIED
-    result = _change(endpoint, Mode.MISSION)
-    if result == ACCEPTED and first != pilot.plans[i].current:
+    if steps:
         pilot.set_current(i, first)
-    return result
+    return _change(endpoint, Mode.MISSION)
 
 
 def _set_mission_current(endpoint: Endpoint, order: Order) -> int:
