@@ -110,7 +110,7 @@ async def serve(
             None: now.
         duration_s: simulated time to run for.
         period_s: simulated time between two steps.
-        on_step: called after each step with the fleet and its time.
+        on_step: called after each step, when its frames are sent, with the fleet and its time.
         stop: ends it.
     """
     loop = asyncio.get_running_loop()
@@ -129,9 +129,9 @@ async def serve(
                 await asyncio.sleep(min(max(left_s, _SHORTEST_SLEEP_S), _LONGEST_SLEEP_S))
                 continue
             fleet.advance(until_us)
+            exchange.flush()
             if on_step is not None:
                 on_step(fleet, until_us)
-            exchange.flush()
             if left_s < -_LATE_S:
                 pace.slip(-left_s)
                 if not late:
