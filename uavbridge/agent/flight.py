@@ -83,9 +83,9 @@ class Flight:
         if self.phase not in ENDED:
             self._watch(inputs.state, inputs.t_us)
             for order in inputs.orders:
-                self._obey(order, inputs.t_us)
+                self._obey(order, inputs.state, inputs.t_us)
             if to_s(inputs.t_us) >= self.plan.duration_s:
-                self._obey(Order.RETURN, inputs.t_us)
+                self._obey(Order.RETURN, inputs.state, inputs.t_us)
             self._fly(inputs.state, inputs.t_us, setpoint, traffic)
         return self._effects
 
@@ -115,16 +115,9 @@ class Flight:
 
     def _watch(self, state: VehicleState, t_us: int) -> None:
         """Time-outs, silence, modes that nobody asked for."""
-        patience_s = self.plan.ready_timeout_s
-        waited_s = to_s(t_us - self._since_us)
-        if self.phase is Phase.CONNECT:
-            if waited_s > patience_s:
-                missing = "no position" if state.link_ok else "never answered: no heartbeat"
-                self._fail(f"{missing} in {patience_s:g} s ({self.plan.endpoint})", t_us)
-        elif self.phase is Phase.ARM:
-            if waited_s > patience_s:
-                why = self._refusal or ", ".join(state.waiting_for) or "no answer"
-                self._fail(f"refused to arm: {why}", t_us)
+        if self.phase in (Phase.CONNECT, Phase.ARM):
+            if to_s(t_us - self._since_us) > self.plan.ready_timeout_s:
+                self._give_up(state, t_us)
         elif not state.link_ok and to_s(t_us - state.t_us) > self.plan.silence_s:
             self._fail(f"vehicle silent for {self.plan.silence_s:g} s", t_us)
         elif self.phase in FOLLOWING:
@@ -143,11 +136,25 @@ class Flight:
             self._tell(self.failure, failure=True)
             self._enter(Phase.YIELDED, t_us)
 
-    def _obey(self, order: Order, t_us: int) -> None:
+    def _give_up(self, state: VehicleState, t_us: int) -> None:
+        """It is time to fly, or to end, and the vehicle is not ready."""
+        waited_s = to_s(t_us - self._since_us)
+        if self.phase is Phase.ARM:
+            why = self._refusal or ", ".join(state.waiting_for) or "no answer"
+            self._fail(f"refused to arm: {why}", t_us)
+        else:
+            missing = "no position" if state.link_ok else "never answered: no heartbeat"
+            self._fail(f"{missing} in {waited_s:.0f} s ({self.plan.endpoint})", t_us)
+
+    def _obey(self, order: Order, state: VehicleState, t_us: int) -> None:
         phase = self.phase
         if phase in (Phase.CONNECT, Phase.ARM):
             if order in (Order.RETURN, Order.LAND):
-                self._enter(Phase.DONE, t_us)
+                ready = phase is Phase.ARM and not self._refusal
+                if ready:
+                    self._enter(Phase.DONE, t_us)
+                else:
+                    self._give_up(state, t_us)
         elif order is Order.LAND and phase in FOLLOWING | {Phase.TAKEOFF}:
             self._enter(Phase.LAND, t_us)
         elif order is Order.RETURN and phase in FOLLOWING - RETURNING:
