@@ -43,18 +43,21 @@ def run(
     Raises:
         ConfigError: something in the mission, the overrides or the planner's parameters is wrong.
     """
-    from uavbridge import config
+    from uavbridge import config, plugins
     from uavbridge.runner import launch
 
-    name = planner if isinstance(planner, str) else None
     changes = {**(overrides or {}), "clock": clock}
-    if name is not None:
-        changes["planner"] = name
+    known, kind = plugins.planners(), None
+    if isinstance(planner, str):
+        changes["planner"] = planner
+    elif planner is not None:
+        kind = planner
+        known = {**known, kind.name: kind}
+        changes["planner"] = kind.name
     if isinstance(mission, config.Mission):
-        loaded = config.override(mission, changes)
+        loaded = config.override(mission, changes, planners=known)
     else:
-        loaded = config.load(mission, changes)
-    kind = None if planner is None or isinstance(planner, str) else planner
+        loaded = config.load(mission, changes, planners=known)
     if out is None:
         return launch.fly(loaded, folder=None, kind=kind)
     return launch.fly_and_report(loaded, Path(out), kind=kind)

@@ -7,11 +7,13 @@ beacon). No I/O: a runner feeds it and carries its effects out.
 
 from __future__ import annotations
 
+import logging
 from typing import Any
 
 from planners.types import Goal, Reading, View
 from uavbridge.agent.effects import Effect, Inputs, Publish, Shine
 from uavbridge.agent.flight import Flight
+from uavbridge.agent.guidance import sound
 from uavbridge.agent.hearing import Hearing
 from uavbridge.agent.mapping import Mapping
 from uavbridge.agent.phases import ENDED, Phase
@@ -21,6 +23,8 @@ from uavbridge.clock import to_us
 from uavbridge.rng import stream
 from uavbridge.safety.filter import Vector
 from uavbridge.vehicle.api import VehicleState
+
+_log = logging.getLogger(__name__)
 
 
 class Agent:
@@ -64,10 +68,15 @@ class Agent:
     def _decide(self, inputs: Inputs) -> None:
         plan = self.plan
         view = self._view(inputs)
-        if self.tick == 0:
-            self._memory = plan.planner.init(view)
         rng = stream(plan.seed, "planner", plan.agent, self.tick)
-        self.goal, self._memory = plan.planner.plan(view, self._memory, rng)
+        try:
+            if self.tick == 0:
+                self._memory = plan.planner.init(view)
+            goal, self._memory = plan.planner.plan(view, self._memory, rng)
+            self.goal = sound(goal)
+        except Exception as fault:  # noqa: BLE001 - whatever a planner does, its vehicle comes home
+            _log.debug("planner of agent %d", plan.agent, exc_info=True)
+            self.flight.come_home(f"planner raised {type(fault).__name__}: {fault}", inputs.t_us)
         self._readings = []
         self.tick += 1
         # On the tick's own raster, however late this decision came.

@@ -63,6 +63,7 @@ class Flight:
         self._last: Vector | None = None
         self._refusal = ""
         self._effects: list[Effect] = []
+        self._pending: list[Effect] = []
 
     def step(
         self, inputs: Inputs, setpoint: Setpoint | None, traffic: list[Traffic]
@@ -74,7 +75,7 @@ class Flight:
             setpoint: the planner's newest, None before its first.
             traffic: the others by their separation beacons.
         """
-        self._effects = []
+        self._effects, self._pending = self._pending, []
         self._odometer(inputs.state)
         if inputs.late_s > STALL_S:
             self._stalled_us = inputs.t_us
@@ -88,6 +89,13 @@ class Flight:
                 self._obey(Order.RETURN, inputs.state, inputs.t_us)
             self._fly(inputs.state, inputs.t_us, setpoint, traffic)
         return self._effects
+
+    def come_home(self, why: str, t_us: int) -> None:
+        """Give up the search for a fault; the effect of it shows in the next ``step``."""
+        self.failure = why
+        self._pending.append(Tell(why, failure=True))
+        if self.phase is Phase.SEARCH:
+            self._enter(Phase.RISE, t_us)
 
     # What happened
 

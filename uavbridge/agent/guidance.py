@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from math import hypot, sqrt
 
-from planners.types import FlySegment, FlyVelocity, GoTo, Setpoint
+import numpy as np
+
+from planners.types import FlySegment, FlyVelocity, Goal, GoTo, Setpoint
 from uavbridge.safety.envelope import Envelope
 from uavbridge.safety.filter import Vector
 
@@ -12,6 +14,28 @@ HEIGHT_GAIN = 0.8  # 1/s
 CLOSE_GAIN = 0.7  # 1/s, slope of the approach to a point
 APPROACH_M_S2 = 1.5  # deceleration planned into a point
 LOOKAHEAD_S = 2.0  # how far ahead of a vehicle the point runs along a segment
+
+
+def sound(goal: Goal) -> Goal:
+    """The goal, if it can be flown.
+
+    Raises:
+        TypeError: it is no Goal, or its setpoint is none.
+        ValueError: the setpoint is not three finite numbers.
+    """
+    setpoint = goal.setpoint
+    if isinstance(setpoint, GoTo):
+        vectors = [setpoint.position]
+    elif isinstance(setpoint, FlyVelocity):
+        vectors = [setpoint.velocity]
+    elif isinstance(setpoint, FlySegment):
+        vectors = [setpoint.start, setpoint.end]
+    else:
+        raise TypeError(f"a setpoint is GoTo, FlyVelocity or FlySegment, not {setpoint!r}")
+    for vector in vectors:
+        if np.shape(vector) != (3,) or not np.isfinite(vector).all():
+            raise ValueError(f"a setpoint needs three finite numbers, not {vector}")
+    return goal
 
 
 def climb_to(height_m: float, z_m: float) -> float:

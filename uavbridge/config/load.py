@@ -64,7 +64,12 @@ def parse(
     return mission
 
 
-def override(mission: Mission, changes: Mapping[str, object]) -> Mission:
+def override(
+    mission: Mission,
+    changes: Mapping[str, object],
+    *,
+    planners: Mapping[str, PlannerKind] | None = None,
+) -> Mission:
     """A mission with some keys replaced (dotted names, as in ``load``), checked again.
 
     Raises:
@@ -74,7 +79,7 @@ def override(mission: Mission, changes: Mapping[str, object]) -> Mission:
     try:
         _override(data, changes)
         changed = convert(data)
-        rules.check(changed, plugins.planners())
+        rules.check(changed, plugins.planners() if planners is None else planners)
     except FieldError as error:
         raise ConfigError(f"{dotted(error.path)}: {error}") from None
     return changed

@@ -133,9 +133,6 @@ class Safety(Table, frozen=True):
     altitude_max_m: Annotated[float, Meta(gt=0.0, description="above home")] = 120.0
     speed_m_s: Annotated[float, Meta(gt=0.0, le=50.0, description="horizontal speed limit")] = 10.0
     climb_m_s: Annotated[float, Meta(gt=0.0, le=20.0, description="climb and sink limit")] = 3.0
-    acceleration_m_s2: Annotated[
-        float, Meta(gt=0.0, le=20.0, description="how fast a setpoint's velocity may change")
-    ] = 4.0
 
 
 class Wind(Table, frozen=True):

@@ -59,7 +59,9 @@ def build_host(
     )
 
 
-def logged(link: Link, agent: int, recorder: Recorder, clock: Clock) -> Link:
-    """The link with everything that passes written to the vehicle's .tlog."""
+def logged(mission: Mission, link: Link, agent: int, recorder: Recorder, clock: Clock) -> Link:
+    """The link with everything that passes written to the vehicle's .tlog, if wanted."""
+    if not mission.recording.tlog:
+        return link
     log = recorder.tlog(agent)
     return TlogLink(link, lambda t_us, _direction, frame: log.write(t_us, frame), clock.now_us)

@@ -65,7 +65,7 @@ def fly_paced(
         clock = simulation.start()
         vehicles = {
             agent: MavlinkVehicle(
-                logged(link, agent, recorder, clock),
+                logged(mission, link, agent, recorder, clock),
                 agent,
                 origin=assemble.origin(mission),
                 link_timeout_s=assemble.patience(mission, 3.0),

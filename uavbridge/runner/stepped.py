@@ -45,7 +45,7 @@ def fly_stepped(
     links = [memory_pair() for _ in agents]
     vehicles = {
         agent: MavlinkVehicle(
-            logged(near, agent, recorder, clock), agent, origin=assemble.origin(mission)
+            logged(mission, near, agent, recorder, clock), agent, origin=assemble.origin(mission)
         )
         for agent, (near, _) in zip(agents, links, strict=True)
     }

@@ -197,6 +197,40 @@ def test_a_vehicle_lost_by_our_own_delay_is_taken_back():
     assert run.agent.flight.failure == ""
 
 
+class Faulty(FlyTo):
+    """Decides three times, then fails in its own way."""
+
+    def __init__(self, fault):
+        super().__init__(GoTo(np.array([200.0, 200.0, 40.0])))
+        self.fault = fault
+
+    def plan(self, view, memory, rng):
+        if memory == 3:
+            return self.fault()
+        return super().plan(view, memory, rng)
+
+
+def _raise():
+    raise KeyError("cells")
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (_raise, "planner raised KeyError: 'cells'"),
+        (lambda: (Goal(GoTo(np.array([np.nan, 0.0, 0.0]))), 4), "three finite numbers"),
+        (lambda: (Goal(GoTo(np.array([1.0, 0.0]))), 4), "three finite numbers"),
+        (lambda: (Goal("north"), 4), "TypeError"),
+        (lambda: None, "TypeError"),
+    ],
+)
+def test_whatever_a_planner_does_its_vehicle_comes_home(fault, words):
+    run = Run(plan_of(Faulty(fault))).until(Phase.SEARCH).until(Phase.DONE, 400)
+    assert words in run.agent.flight.failure
+    assert any(tell.failure and words in tell.text for tell in run.told)
+    assert np.hypot(*(run.vehicle.state.position[:2] - 100)) < 2.5
+
+
 def test_hold_and_resume_and_land():
     run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))))).until(Phase.SEARCH)
     run.step(orders=(Order.HOLD,))
