@@ -217,7 +217,7 @@ class Eastwards:
         return None
 
     def plan(self, view, memory, rng):
-        return Goal(GoTo(view.position + (30.0, 0.0, 0.0))), None
+        return Goal(GoTo(view.position + np.array([30.0, 0.0, 0.0]))), None
 
 
 def test_a_planner_of_ones_own_from_python(tmp_path):

@@ -179,12 +179,15 @@ def test_garbage_is_dropped_and_counted():
 @pytest.mark.parametrize("ports", ["each", "shared"])
 def test_tcp_clients_connect(ports):
     port = free_port(socket.SOCK_STREAM)
-    with simulator("--tcp", "--count", "2", "--ports", ports, port=port):
+    with simulator("--tcp", "--count", "2", "--ports", ports, port=port) as sim:
         second = 2 if ports == "shared" else 1
         with Station(f"tcp:127.0.0.1:{port}") as gcs:
             gcs.expect("HEARTBEAT")
             gcs.expect("HEARTBEAT", system=second)
             gcs.request("AUTOPILOT_VERSION", system=second)
+            gcs.link.port.send(b"no frame at all")
+            gcs.request("AUTOPILOT_VERSION", system=second)
+    assert "15 pieces of garbage" in sim.summary
 
 
 def ended(*arguments: str) -> subprocess.CompletedProcess[str]:

@@ -20,7 +20,7 @@ from planners.belief.merge import MERGE_RULES, BeliefMap, unpack
 from planners.belief.scores import coverage, entropy, uncertainty
 from planners.types import F64
 from uavbridge.agent.effects import Order
-from uavbridge.agent.phases import ENDED
+from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.agent.report import AgentReport, decode
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
@@ -36,7 +36,8 @@ SILENCE_S = 10.0  # an agent that reports no more for so long is lost
 
 _log = logging.getLogger(__name__)
 _ENDED = {phase.value for phase in ENDED}
-_FAILED = "failed"
+_FAILED = Phase.FAILED.value
+_BLIND = Phase.CONNECT.value  # its position is not known yet
 
 
 class Verdict(Enum):
@@ -147,7 +148,8 @@ class Judge:
             if records is not None and len(records):
                 self.union, _ = self._rule.merge(self.union, records)
         for report in self.reports.values():
-            self.tracks.setdefault(report.agent, []).append(report.position)
+            if report.phase != _BLIND:
+                self.tracks.setdefault(report.agent, []).append(report.position)
         if not self._simulated:
             self._separation_by_reports(t_us)
         self.samples.append(

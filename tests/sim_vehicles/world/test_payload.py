@@ -9,7 +9,10 @@ from sim_vehicles.world.payload import CellSensor, CellSensorSpec
 GRID = Grid(0, 0, 100, 10, 10)
 
 
-def sensor(spec=CellSensorSpec(), targets=((450, 550),), vehicles=1, seed=1):
+PLAIN = CellSensorSpec()
+
+
+def sensor(spec=PLAIN, targets=((450, 550),), vehicles=1, seed=1):
     streams = [np.random.default_rng([seed, i]) for i in range(vehicles)]
     return CellSensor(GRID, np.array(targets, dtype=float), spec, streams)
 
