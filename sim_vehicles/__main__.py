@@ -249,7 +249,7 @@ def _sum_up(options: Options, fleet: Fleet, report: Report) -> None:
     """What happened, at the end."""
     traffic = report.traffic
     frames = sum(counts.packets for counts in fleet.counts)
-    garbage = sum(counts.garbage for counts in fleet.counts)
+    garbage = traffic.garbage + sum(counts.garbage for counts in fleet.counts)
     if options.as_json:
         values = {
             "simulated_s": report.simulated_s,

@@ -41,7 +41,6 @@ class TcpPorts:
         self._listening: dict[int, socket.socket] = {}
         self._servers: list[asyncio.Server] = []
         self.traffic = Traffic()
-        self.counts = Counts()  # bytes that never became a frame
         try:
             for port in self._groups:
                 self._listening[port] = _listen(address, port)
@@ -94,9 +93,13 @@ class _Client(asyncio.Protocol):
         self._others.discard(self)
 
     def data_received(self, data: bytes) -> None:
-        self._ports.traffic.datagrams_in += 1
-        self._ports.traffic.bytes_in += len(data)
-        for packet in self._decoder.feed(data, self._ports.counts):
+        traffic = self._ports.traffic
+        traffic.datagrams_in += 1
+        traffic.bytes_in += len(data)
+        counts = Counts()
+        packets = self._decoder.feed(data, counts)
+        traffic.garbage += counts.garbage
+        for packet in packets:
             index = self._group.get(getattr(packet.message, "target_system", 0))
             for vehicle in self._group.values() if index is None else (index,):
                 self._receive(vehicle, packet.raw)

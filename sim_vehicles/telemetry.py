@@ -83,6 +83,7 @@ class Telemetry:
         self._sequences = np.frombuffer(numbers, dtype=np.uint8)  # the encoders' own bytes
         self._streams = {msgid: _stream(name, n) for msgid, name in _NAMES.items()}
         self._packers: dict[tuple[str, ...], BatchPacker] = {}
+        self._next_us = 0  # nothing is due before
 
     def set_interval(self, index: int, message_id: int, interval_us: int) -> bool:
         """Stream a message of vehicle ``index`` every ``interval_us``, in step with the others.
@@ -106,6 +107,7 @@ class Telemetry:
             rate = stream.rates.setdefault(interval_us, _Rate(set()))
             rate.members.add(index)
             rate.rows = None
+        self._next_us = 0
         return True
 
     def interval(self, index: int, message_id: int) -> int:
@@ -126,6 +128,8 @@ class Telemetry:
 
         Sorted by index. Times must not go back.
         """
+        if t_us < self._next_us:
+            return []
         everyone: list[str] = []
         others: dict[bytes, tuple[Ints, list[str]]] = {}
         for stream in self._streams.values():
@@ -139,6 +143,8 @@ class Telemetry:
                 if rate.rows is None:
                     rate.rows = np.array(sorted(rate.members), dtype=np.int64)
                 others.setdefault(rate.rows.tobytes(), (rate.rows, []))[1].append(stream.name)
+        rates = (rate for stream in self._streams.values() for rate in stream.rates.values())
+        self._next_us = min((rate.next_us for rate in rates), default=t_us)
         parts: list[tuple[int, bytes]] = []
         if everyone:
             parts = list(enumerate(self._pack(tuple(everyone), slice(None), t_us, snapshot)))

@@ -20,6 +20,7 @@ class Traffic:
     datagrams_out: int = 0
     bytes_out: int = 0
     dropped: int = 0  # datagrams that a full buffer or the network refused
+    garbage: int = 0  # pieces of streams that never became a frame
 
 
 class Transport(Protocol):
