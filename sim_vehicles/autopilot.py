@@ -8,7 +8,7 @@ happened. Frame: the fleet's ENU metres; the MAVLink side converts.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot, nan
+from math import nan
 from typing import Final
 
 import numpy as np
@@ -20,8 +20,8 @@ from sim_vehicles.legs import DESCEND, Asked, Legs
 from sim_vehicles.modes import MODES, Mode
 from sim_vehicles.params import Parameters
 from sim_vehicles.plans import Plan, Step, Vector
-from sim_vehicles.routines import ROUTINES, Routine
-from sim_vehicles.status import Said, Status, Told
+from sim_vehicles.routines import ROUTINES, Routine, stopping_place
+from sim_vehicles.status import NEVER, Said, Status, Told
 
 _READY_S: Final = (2.0, 4.5)  # when the position estimate is good, after start
 _INFO: Final = 6
@@ -65,6 +65,7 @@ class Autopilot:
             0 if up else round(np.random.default_rng((seed, system)).uniform(low, high) * 1e6)
             for system, up in zip(systems, flying.tolist(), strict=True)
         ]
+        self._start_up_us = ready_us
         self.status = Status.on_ground(starts, states.yaw, ready_us)
         self.legs = Legs(self.status, states, parameters)
         self.plans = [Plan() for _ in systems]
@@ -176,6 +177,15 @@ class Autopilot:
             self.plans[i].current, self.plans[i].finished = 0, False
         self.say(i, _INFO, text)
 
+    def restart(self, i: int) -> Refusal | None:
+        """Switch off and on again; the position estimate takes its time."""
+        if self.status.armed[i]:
+            return Refusal("Reboot denied: armed")
+        self.status.ready_us[i] = self.now_us + max(self._start_up_us[i], round(_READY_S[0] * 1e6))
+        self.status.setpoint_us[i] = self.status.gcs_us[i] = NEVER
+        self.switch(i, Mode.HOLD)
+        return None
+
     def change_mode(self, i: int, mode: Mode) -> Refusal | None:
         """Someone asks for a mode; None: it is on."""
         reason = why_not_change(self, i, mode)
@@ -210,7 +220,7 @@ class Autopilot:
         if early is not None and self.has_setpoints(i):
             self.legs.start_following(i, early)
         else:
-            place = self.stopping_place(i)
+            place = stopping_place(self, i)
             self.legs.start_following(i, (*place, nan, nan, nan, self.yaw(i), nan))
 
     def take_off(self, i: int, height_m: float = nan) -> Refusal | None:
@@ -288,18 +298,6 @@ class Autopilot:
     def charge(self, i: int) -> float:
         """Battery charge, 0..1."""
         return float(self.states.battery[i])
-
-    def stopping_place(self, i: int) -> Vector:
-        """Where it comes to rest if it brakes now."""
-        x, y, z = self.place(i)
-        vx, vy, vz = self.states.velocity[i].tolist()
-        run = hypot(vx, vy) / (2.0 * self.parameters.get(i, "MPC_ACC_HOR"))
-        column = "MPC_ACC_UP_MAX" if vz < 0 else "MPC_ACC_DOWN_MAX"
-        return (
-            x + vx * run,
-            y + vy * run,
-            z + vz * abs(vz) / (2.0 * self.parameters.get(i, column)),
-        )
 
     def has_setpoints(self, i: int) -> bool:
         """Whether setpoints come."""

@@ -141,6 +141,9 @@ class Failsafes:
         low = charge < column("BAT_LOW_THR")
         if not low.any():
             return
+        empty = status.armed & (charge <= 0.0)
+        for i in empty.nonzero()[0].tolist():
+            self._pilot.stop_motors(i, "Disarmed: battery empty")
         level = low.astype(np.int8) + (charge < column("BAT_CRIT_THR"))
         level += charge < column("BAT_EMERGEN_THR")
         worse = level > status.battery_level

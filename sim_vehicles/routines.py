@@ -54,7 +54,7 @@ def hold(pilot: Autopilot, i: int) -> Routine:
 
 def land(pilot: Autopilot, i: int) -> Routine:
     """Go down where it is; without a position estimate too."""
-    x, y, _ = pilot.stopping_place(i)
+    x, y, _ = stopping_place(pilot, i)
     pilot.legs.descend(i, x, y, pilot.yaw(i))
     yield
 
@@ -67,7 +67,7 @@ def return_home(pilot: Autopilot, i: int) -> Routine:
         stay(pilot, i)
         yield
         return
-    x, y, z = pilot.stopping_place(i)
+    x, y, z = stopping_place(pilot, i)
     top = max(_return_height(pilot, i, hypot(x - hx, y - hy)) + hz, z)
     altitude = pilot.altitude(top)
     pilot.say(
@@ -231,7 +231,16 @@ def go(
 
 def stay(pilot: Autopilot, i: int) -> None:
     """Brake, and stay where that ends."""
-    pilot.legs.go(i, pilot.stopping_place(i), pilot.yaw(i))
+    pilot.legs.go(i, stopping_place(pilot, i), pilot.yaw(i))
+
+
+def stopping_place(pilot: Autopilot, i: int) -> Vector:
+    """Where it comes to rest if it brakes now."""
+    x, y, z = pilot.place(i)
+    vx, vy, vz = pilot.states.velocity[i].tolist()
+    run = hypot(vx, vy) / (2.0 * pilot.parameters.get(i, "MPC_ACC_HOR"))
+    upright = pilot.parameters.get(i, "MPC_ACC_UP_MAX" if vz < 0 else "MPC_ACC_DOWN_MAX")
+    return x + vx * run, y + vy * run, z + vz * abs(vz) / (2.0 * upright)
 
 
 def _off_the_ground(pilot: Autopilot, i: int) -> Routine:

@@ -177,9 +177,11 @@ def _terminate(endpoint: Endpoint, order: Order) -> int:
 
 
 def _reboot(endpoint: Endpoint, order: Order) -> int:
-    if endpoint.pilot.status.armed[endpoint.index]:
-        return _said(endpoint, Refusal("Reboot denied: armed"))
-    return ACCEPTED if order.whole(1) in (0, 1) and order.whole(2) == 0 else DENIED
+    if order.whole(1) not in (0, 1) or order.whole(2) != 0:
+        return DENIED
+    if order.whole(1) == 0:
+        return ACCEPTED  # nothing is to be done
+    return _said(endpoint, endpoint.pilot.restart(endpoint.index))
 
 
 def _store(endpoint: Endpoint, order: Order) -> int:

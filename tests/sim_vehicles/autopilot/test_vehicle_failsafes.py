@@ -144,6 +144,7 @@ def test_an_empty_battery_falls(station):
     gcs.fleet.states.battery[0] = 1e-5
     gcs.fly(20)
     assert gcs.position[2] == 0.0
+    assert not gcs.armed
 
 
 @pytest.mark.parametrize(("action", "mode"), [(2, "Hold"), (3, "Return"), (5, "Land")])

@@ -36,7 +36,7 @@ NAN = float("nan")
         (224, (-1,), ACCEPTED, ACCEPTED),
         (245, (1,), ACCEPTED, ACCEPTED),  # PREFLIGHT_STORAGE
         (246, (1,), ACCEPTED, LATER),  # PREFLIGHT_REBOOT_SHUTDOWN
-        (246, (3,), DENIED, LATER),
+        (246, (3,), DENIED, DENIED),
         (300, (), LATER, LATER),  # MISSION_START
         (400, (1,), ACCEPTED, ACCEPTED),  # COMPONENT_ARM_DISARM
         (400, (0,), ACCEPTED, LATER),
@@ -102,6 +102,16 @@ def test_acknowledgement_goes_to_the_sender_and_strangers_are_not_served(station
     gcs.mav.srcComponent = 191  # a computer on board
     gcs.send(message)
     assert len(acks()) == 1
+
+
+def test_after_a_reboot_the_position_has_to_come_again(station):
+    gcs = station()
+    gcs.fly(6)
+    assert gcs.command(246, 1) == 0
+    gcs.fly(1)
+    assert gcs.arm() == 1
+    gcs.fly(5)
+    assert gcs.arm() == 0
 
 
 def test_set_mode_message(station):
