@@ -10,26 +10,28 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Generic, Protocol, TypeAlias, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from planners.types import F64
+from planners.types import F64, I64
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus, Sample
 from uavbridge.bus.listening import Listening
 from uavbridge.bus.tiles import Tiling
 from uavbridge.bus.traffic import Traffic
-from uavbridge.bus.truth import TruthTrack, rows_of
+from uavbridge.bus.truth import TruthTrack
 from uavbridge.bus.wire import Vector
 from uavbridge.clock import to_us
 from uavbridge.radio import Radio, Transmissions, Verdict
 
 HOLD_S = 0.5  # longest wait for the truth of a message's sending time
 FUTURE_S = 1.0  # clocks may differ by this much
+FOLLOW_S = 0.5  # subscriptions follow the agents this often; their margin covers more
 REMEMBERED = 64  # messages of a sender, to know a duplicate
+
+_LOSSES = tuple(v for v in Verdict if v not in (Verdict.DELIVERED, Verdict.OWN))
 
 HeardLog = Callable[[int, bytes, bool, str], None]  # receiver, bytes, delivered, reason
 
@@ -51,8 +53,7 @@ class Sent(Protocol):
 M = TypeVar("M", bound=Sent)
 
 
-@dataclass(frozen=True, slots=True)
-class _Arrival(Generic[M]):
+class _Arrival(NamedTuple, Generic[M]):
     message: M
     data: bytes
     number: int  # the key of the radio's draws: tick, or sending time
@@ -102,6 +103,9 @@ class Channel(ABC, Generic[M]):
         self._truth = truth
         self._log = log
         self._ids = np.array(self.agents, np.int64)
+        self._truth_ids: tuple[int, ...] = ()
+        self._local = np.zeros((0, 2), np.int64)  # (agents the truth knows, own and its row)
+        self._follow_us = -1
         self._waiting: list[_Arrival[M]] = []
         self._known: dict[int, dict[tuple[int, int], None]] = {}
 
@@ -154,9 +158,10 @@ class Channel(ABC, Generic[M]):
         """
         if self._truth is not None:
             self._truth.poll()
-        for sample in self._listening.drain():
-            self._accept(sample, t_us)
-        self._listening.follow([tuple(positions[agent]) for agent in self.agents])
+        self._accept(self._listening.drain(), t_us)
+        if t_us >= self._follow_us:
+            self._follow_us = t_us + to_us(FOLLOW_S)
+            self._listening.follow([tuple(positions[agent]) for agent in self.agents])
         batch = self._due(t_us)
         heard: dict[int, list[M]] = {agent: [] for agent in self.agents}
         if not batch or not self.agents:
@@ -164,33 +169,34 @@ class Channel(ABC, Generic[M]):
         batch.sort(key=lambda arrival: (arrival.message.sender, arrival.number))
         known = np.array([positions[agent] for agent in self.agents], np.float64)
         verdicts = self._judge(batch, known)
-        self._count(batch, verdicts)
-        for j, agent in enumerate(self.agents):
-            inbox = heard[agent]
-            for i in np.flatnonzero(verdicts[:, j] == Verdict.DELIVERED).tolist():
-                inbox.append(batch[i].message)
+        inboxes = list(heard.values())
+        for j, i in np.argwhere(verdicts.T == Verdict.DELIVERED).tolist():
+            inboxes[j].append(batch[i].message)
         if self._log is not None:
             self._tell(batch, verdicts, self._log)
         return heard
 
-    def _accept(self, sample: Sample, t_us: int) -> None:
-        self.arrivals += 1
-        message = self._decode(sample.data, self.rejects)
-        if message is None:
-            return
-        if message.sender != keys.agent_of(sample.key):
-            self.rejects["sender"] += 1
-        elif message.t_us > t_us + to_us(FUTURE_S):
-            self.rejects["future"] += 1
-        elif self._is_duplicate(message, sample.data[3]):
-            self.rejects["duplicate"] += 1
-        else:
-            arrival = _Arrival(message, sample.data, self._number(message), t_us)
-            self._waiting.append(arrival)
+    def _accept(self, samples: list[Sample], t_us: int) -> None:
+        """Decode what arrived, count what is of no use, and put the rest in line."""
+        rejects, latest_us = self.rejects, t_us + to_us(FUTURE_S)
+        self.arrivals += len(samples)
+        for key, data in samples:
+            message = self._decode(data, rejects)
+            if message is None:
+                continue
+            if message.sender != keys.agent_of(key):
+                rejects["sender"] += 1
+            elif message.t_us > latest_us:
+                rejects["future"] += 1
+            elif self._is_duplicate(message.sender, (message.t_us, data[3])):
+                rejects["duplicate"] += 1
+            else:
+                self._waiting.append(_Arrival(message, data, self._number(message), t_us))
 
-    def _is_duplicate(self, message: M, kind: int) -> bool:
-        known = self._known.setdefault(message.sender, {})
-        identity = (message.t_us, kind)
+    def _is_duplicate(self, sender: int, identity: tuple[int, int]) -> bool:
+        known = self._known.get(sender)
+        if known is None:
+            known = self._known[sender] = {}
         if identity in known:
             return True
         known[identity] = None
@@ -204,62 +210,66 @@ class Channel(ABC, Generic[M]):
         if self._truth is None or not self.radio.needs_positions:
             return waiting
         newest_us = self._truth.newest_us
+        if newest_us is None:
+            newest_us = -1
+        patience_us = t_us - to_us(HOLD_S)
         due = []
         for arrival in waiting:
-            known = newest_us is not None and arrival.message.t_us <= newest_us
-            if known or t_us - arrival.since_us >= to_us(HOLD_S):
+            if arrival.message.t_us <= newest_us:
                 due.append(arrival)
+            elif arrival.since_us <= patience_us:
+                due.append(arrival)
+                self.unsure += newest_us < 0
             else:
                 self._waiting.append(arrival)
         return due
 
     def _judge(self, batch: list[_Arrival[M]], known: F64) -> Verdicts:
-        sender = np.array([arrival.message.sender for arrival in batch], np.int64)
-        source = np.array([arrival.message.position for arrival in batch], np.float64)
-        place = np.broadcast_to(known, (len(batch), *known.shape))
-        if self._truth is not None and self.radio.needs_positions:
-            place = place.copy()
-            self._correct(self._truth, batch, source, place)
         sent = Transmissions(
-            sender,
+            np.array([arrival.message.sender for arrival in batch], np.int64),
             np.array([arrival.number for arrival in batch], np.int64),
-            source,
+            np.array([arrival.message.position for arrival in batch], np.float64),
             np.array([len(arrival.data) for arrival in batch], np.int64),
         )
-        return self.radio.judge(sent, self._ids, place)
+        place = np.empty((len(batch), *known.shape))
+        place[:] = known
+        if self._truth is not None and self._truth.ids and self.radio.needs_positions:
+            self._correct(self._truth, batch, sent.position, place)
+        verdicts = self.radio.judge(sent, self._ids, place)
+        self._count(verdicts, sent.size)
+        return verdicts
 
     def _correct(
         self, truth: TruthTrack, batch: list[_Arrival[M]], source: F64, place: F64
     ) -> None:
         """Put the true positions at sending time in place of the believed ones."""
-        moments: dict[int, list[int]] = {}
-        for i, arrival in enumerate(batch):
-            moments.setdefault(arrival.message.t_us, []).append(i)
-        for t_us, rows in moments.items():
-            moment = truth.when(t_us)
-            if moment is None:
-                self.unsure += len(rows)
-                moment = truth.nearest(t_us)
-            if moment is None:
-                continue
-            place[rows] = rows_of(moment, self.agents, place[rows[0]])
-            senders = [batch[i].message.sender for i in rows]
-            source[rows] = rows_of(moment, senders, source[rows])
+        positions, inside = truth.when(np.array([arrival.message.t_us for arrival in batch]))
+        self.unsure += len(batch) - int(np.count_nonzero(inside))
+        if self._truth_ids != truth.ids:
+            self._truth_ids = truth.ids
+            local = [(j, truth.row[a]) for j, a in enumerate(self.agents) if a in truth.row]
+            self._local = np.array(local, np.int64).reshape(-1, 2)
+        place[:, self._local[:, 0]] = positions[:, self._local[:, 1]]
+        row = truth.row
+        senders = [
+            (i, row[a.message.sender]) for i, a in enumerate(batch) if a.message.sender in row
+        ]
+        if senders:
+            i, j = np.array(senders).T
+            source[i] = positions[i, j]
 
-    def _count(self, batch: list[_Arrival[M]], verdicts: Verdicts) -> None:
-        size = np.array([len(arrival.data) for arrival in batch], np.int64)
+    def _count(self, verdicts: Verdicts, size: I64) -> None:
         delivered = verdicts == Verdict.DELIVERED
-        frames, octets = delivered.sum(axis=0).tolist(), (size @ delivered).tolist()
-        for j, agent in enumerate(self.agents):
-            traffic = self.traffic[agent]
-            traffic.frames_heard += frames[j]
-            traffic.bytes_heard += octets[j]
-        for verdict in Verdict:
-            if verdict in (Verdict.DELIVERED, Verdict.OWN):
-                continue
-            for agent, lost in zip(self.agents, (verdicts == verdict).sum(axis=0), strict=True):
-                if lost:
-                    self.traffic[agent].dropped[verdict.reason] += int(lost)
+        traffic = self.traffic.values()
+        frames, octets = delivered.sum(0).tolist(), (size @ delivered).tolist()
+        for account, more, bytes_more in zip(traffic, frames, octets, strict=True):
+            account.frames_heard += more
+            account.bytes_heard += bytes_more
+        for verdict in _LOSSES:
+            lost = (verdicts == verdict).sum(0).tolist()
+            for account, count in zip(traffic, lost, strict=True):
+                if count:
+                    account.dropped[verdict.reason] += count
 
     def _tell(self, batch: list[_Arrival[M]], verdicts: Verdicts, log: HeardLog) -> None:
         for arrival, row in zip(batch, verdicts.tolist(), strict=True):

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeAlias
 
 Tile: TypeAlias = tuple[int, int]
@@ -78,6 +79,7 @@ def space_of(key: str) -> Space | None:
     return SPACES.get(key.partition("/")[0])
 
 
+@lru_cache(maxsize=4096)
 def agent_of(key: str) -> int | None:
     """The agent named by a key's last chunk that is not ``map``; None when there is none."""
     last = key.removesuffix("/map").rpartition("/")[2]

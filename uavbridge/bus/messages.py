@@ -139,7 +139,7 @@ def _packed(form: Struct, kind: Kind, *values: float) -> bytes:
 
 
 def _map(data: bytes) -> FullMap:
-    check_head(data, _FULL_MAP.size, Kind.FULL_MAP)
+    check_head(data, _FULL_MAP.size, (Kind.FULL_MAP,))
     _, _, _, agent, t_us, columns, rows, west_m, south_m, cell_m = _FULL_MAP.unpack_from(data)
     count = columns * rows
     if not 0 < count <= CELL_COUNT_LIMIT:
@@ -166,7 +166,7 @@ def _map(data: bytes) -> FullMap:
 
 
 def _readings(data: bytes) -> Readings:
-    check_head(data, _READINGS.size, Kind.READINGS)
+    check_head(data, _READINGS.size, (Kind.READINGS,))
     _, _, _, count, t_us = _READINGS.unpack_from(data)
     check_length(data, _READINGS.size + count * _READING.size)
     check_time(t_us)
@@ -177,7 +177,7 @@ def _readings(data: bytes) -> Readings:
 
 
 def _truth(data: bytes) -> Truth:
-    check_head(data, _TRUTH.size, Kind.TRUTH)
+    check_head(data, _TRUTH.size, (Kind.TRUTH,))
     _, _, _, count, t_us = _TRUTH.unpack_from(data)
     check_length(data, _TRUTH.size + 28 * count)
     check_time(t_us)

@@ -2,37 +2,47 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from planners.types import F64
+from planners.types import F64, I64, Bools
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus, Mailbox
-from uavbridge.bus.messages import Truth, decode_truth
+from uavbridge.bus.messages import decode_truth
 from uavbridge.bus.wire import Vector
 
-MEMORY = 1024  # samples
+MEMORY = 256  # samples
 
 
 class TruthTrack:
     """The last true positions of the simulated vehicles, by time.
 
-    Between two samples of the same vehicles it interpolates; before the first and
-    after the last it knows nothing.
+    Between two samples it interpolates; before the first and after the last it
+    knows nothing. Other vehicles than before begin a new memory.
 
     Args:
         bus: follow ``world/truth`` there; None: fed by ``add`` alone.
-        memory: samples kept.
+        memory: samples kept, at least.
+
+    Attributes:
+        ids: the vehicles it knows, ascending.
+        row: place of each in ``ids``.
+        rejects: samples that could not be read, by reason.
     """
 
     def __init__(self, bus: Bus | None = None, *, memory: int = MEMORY) -> None:
+        self.ids: tuple[int, ...] = ()
+        self.row: dict[int, int] = {}
         self.rejects: Counter[str] = Counter()
-        self._samples: deque[Truth] = deque(maxlen=memory)
         self._mailbox: Mailbox | None = bus.subscribe(keys.TRUTH) if bus else None
+        self._memory = memory
+        # twice the memory: when it is full the older half goes, and samples stay in one piece
+        self._times = np.zeros(2 * memory, np.int64)
+        self._positions = np.zeros((2 * memory, 0, 3))
+        self._count = 0
 
     def add(self, t_us: int, ids: Sequence[int], positions: npt.ArrayLike) -> None:
         """Note where the vehicles are; a sample older than the newest is dropped.
@@ -42,7 +52,23 @@ class TruthTrack:
             ids: (n,) ascending.
             positions: (n, 3) ENU m; copied.
         """
-        self._append(Truth(t_us, tuple(ids), np.array(positions, np.float64).reshape(-1, 3)))
+        newest_us = self.newest_us
+        if newest_us is not None and t_us < newest_us:
+            return
+        if self.ids != tuple(ids):
+            self.ids = tuple(ids)
+            self.row = {agent: i for i, agent in enumerate(self.ids)}
+            self._positions = np.zeros((2 * self._memory, len(self.ids), 3))
+            self._count = 0
+        elif t_us == newest_us:
+            self._count -= 1
+        elif self._count == 2 * self._memory:
+            self._times[: self._memory] = self._times[self._memory :]
+            self._positions[: self._memory] = self._positions[self._memory :]
+            self._count = self._memory
+        self._times[self._count] = t_us
+        self._positions[self._count] = positions
+        self._count += 1
 
     def poll(self) -> None:
         """Take in what the bus brought."""
@@ -51,56 +77,42 @@ class TruthTrack:
         for sample in self._mailbox.drain():
             truth = decode_truth(sample.data, self.rejects)
             if truth is not None:
-                self._append(truth)
+                self.add(truth.t_us, truth.ids, truth.position)
 
     @property
     def newest_us(self) -> int | None:
         """Time of the newest sample; None before the first."""
-        return self._samples[-1].t_us if self._samples else None
+        return int(self._times[self._count - 1]) if self._count else None
 
-    def when(self, t_us: int) -> Truth | None:
-        """All positions at one time; None when that is outside the memory."""
-        samples = self._samples
-        if not samples or not samples[0].t_us <= t_us <= samples[-1].t_us:
-            return None
-        i = bisect_left(samples, t_us, key=lambda sample: sample.t_us)
-        after = samples[i]
-        if after.t_us == t_us:
-            return after
-        before = samples[i - 1]
-        if before.ids != after.ids:
-            return before
-        share = (t_us - before.t_us) / (after.t_us - before.t_us)
-        return Truth(t_us, after.ids, before.position + share * (after.position - before.position))
+    def when(self, t_us: I64) -> tuple[F64, Bools]:
+        """Where all vehicles were.
 
-    def nearest(self, t_us: int) -> Truth | None:
-        """The sample at the end of the memory that is closer to ``t_us``; None when empty."""
-        if not self._samples:
-            return None
-        return self._samples[-1] if t_us > self._samples[-1].t_us else self._samples[0]
+        Args:
+            t_us: (f,) times.
+
+        Returns:
+            (f, n, 3) ENU m in the order of ``ids``, and (f,) whether the time is in
+            the memory; where it is not, the nearest sample stands.
+
+        Raises:
+            LookupError: nothing is known at all.
+        """
+        if not self._count:
+            raise LookupError("no true position is known yet")
+        times, positions = self._times[: self._count], self._positions[: self._count]
+        inside: Bools = np.asarray((t_us >= times[0]) & (t_us <= times[-1]))
+        after = np.searchsorted(times, t_us).clip(max=self._count - 1)
+        before = (after - 1).clip(min=0)
+        gap = np.maximum(times[after] - times[before], 1)
+        share = ((t_us - times[before]) / gap).clip(0.0, 1.0)[:, None, None]
+        return positions[before] + share * (positions[after] - positions[before]), inside
 
     def at(self, t_us: int, agent: int) -> Vector | None:
         """True position of one vehicle (ENU m) at one time; None when not known."""
-        truth = self.when(t_us)
-        if truth is None or agent not in truth.ids:
+        if agent not in self.row:
             return None
-        x, y, z = truth.position[truth.ids.index(agent)].tolist()
+        positions, inside = self.when(np.array([t_us]))
+        if not inside[0]:
+            return None
+        x, y, z = positions[0, self.row[agent]].tolist()
         return x, y, z
-
-    def _append(self, truth: Truth) -> None:
-        if self._samples and truth.t_us <= self._samples[-1].t_us:
-            if truth.t_us == self._samples[-1].t_us:
-                self._samples[-1] = truth
-            return
-        self._samples.append(truth)
-
-
-def rows_of(truth: Truth, agents: Sequence[int], known: F64) -> F64:
-    """True positions (k, 3) of agents; those the truth does not know keep their ``known`` one."""
-    row = {agent: i for i, agent in enumerate(truth.ids)}
-    found = [(i, row[agent]) for i, agent in enumerate(agents) if agent in row]
-    position = known.copy()
-    if found:
-        here, there = np.array(found).T
-        position[here] = truth.position[there]
-    return position

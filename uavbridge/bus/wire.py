@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from enum import IntEnum
 from struct import Struct, error
@@ -44,6 +44,7 @@ class Kind(IntEnum):
 
 
 DELTA, KEYFRAME = Kind.DELTA, Kind.KEYFRAME
+_FRAME_KINDS = {int(kind): kind for kind in (DELTA, KEYFRAME)}
 
 
 class MalformedError(Exception):
@@ -161,7 +162,7 @@ def accepted(
         return None
 
 
-def check_head(data: bytes, size: int, *kinds: Kind) -> None:
+def check_head(data: bytes, size: int, kinds: Collection[int]) -> None:
     """Raise MalformedError unless ``data`` is one of the kinds, ``size`` bytes or longer."""
     if len(data) < size:
         raise MalformedError("length")
@@ -186,16 +187,17 @@ def check_time(t_us: int) -> None:
         raise MalformedError("time")
 
 
-def _check_state(position: Vector, velocity: Vector) -> None:
-    # a comparison with NaN is false
-    if not all(-POSITION_LIMIT_M <= p <= POSITION_LIMIT_M for p in position):
+def _check_state(x: float, y: float, z: float, vx: float, vy: float, vz: float) -> None:
+    far, fast = POSITION_LIMIT_M, SPEED_LIMIT_M_S
+    # written out, as this runs for every frame; a comparison with NaN is false
+    if not (-far <= x <= far and -far <= y <= far and -far <= z <= far):
         raise MalformedError("position")
-    if not all(-SPEED_LIMIT_M_S <= v <= SPEED_LIMIT_M_S for v in velocity):
+    if not (-fast <= vx <= fast and -fast <= vy <= fast and -fast <= vz <= fast):
         raise MalformedError("velocity")
 
 
 def _frame(data: bytes) -> Frame:
-    check_head(data, _FRAME.size, Kind.DELTA, Kind.KEYFRAME)
+    check_head(data, _FRAME.size, _FRAME_KINDS)
     _, _, kind, sender, tick, rule, payload_size, t_us, x, y, z, vx, vy, vz, cells_size = (
         _FRAME.unpack_from(data)
     )
@@ -204,17 +206,17 @@ def _frame(data: bytes) -> Frame:
     start = _FRAME.size + payload_size
     check_length(data, start + cells_size)
     check_time(t_us)
-    position, velocity = (x, y, z), (vx, vy, vz)
-    _check_state(position, velocity)
+    _check_state(x, y, z, vx, vy, vz)
     payload, cells = data[_FRAME.size : start], data[start:]
-    return Frame(Kind(kind), sender, tick, t_us, position, velocity, payload, rule, cells)
+    return Frame(
+        _FRAME_KINDS[kind], sender, tick, t_us, (x, y, z), (vx, vy, vz), payload, rule, cells
+    )
 
 
 def _beacon(data: bytes) -> Beacon:
-    check_head(data, _BEACON.size, Kind.BEACON)
+    check_head(data, _BEACON.size, (Kind.BEACON,))
     check_length(data, _BEACON.size)
     _, _, _, sender, t_us, x, y, z, vx, vy, vz = _BEACON.unpack(data)
     check_time(t_us)
-    position, velocity = (x, y, z), (vx, vy, vz)
-    _check_state(position, velocity)
-    return Beacon(sender, t_us, position, velocity)
+    _check_state(x, y, z, vx, vy, vz)
+    return Beacon(sender, t_us, (x, y, z), (vx, vy, vz))

@@ -115,6 +115,7 @@ class AirTests(Sessions):
         bus, late = self.session(), self.session()
         air = Air(bus, Radio(400.0), [1])
         air.send(frame(1, STILL))
+        self.settle(bus, late)
         full = FullMap(1, 0, 0.0, 0.0, 100.0, np.array([[0.25, 1.0]]), np.array([[5, -1]], int))
         bus.serve(keys.state_map(1), lambda _: encode_map(full))
         receiver = Air(late, Radio(400.0), [2])

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from uavbridge.bus.local import LocalHub
 from uavbridge.bus.messages import Truth, encode_truth
@@ -22,26 +23,33 @@ def test_between_two_samples_it_interpolates_and_outside_it_knows_nothing() -> N
 
 def test_empty_it_knows_nothing() -> None:
     truth = TruthTrack()
-    assert (truth.newest_us, truth.at(0, 1), truth.when(0), truth.nearest(0)) == (None,) * 4
+    assert (truth.newest_us, truth.at(0, 1), truth.ids) == (None, None, ())
+    with pytest.raises(LookupError):
+        truth.when(np.array([0]))
+
+
+def test_many_times_at_once_are_as_one_by_one() -> None:
+    truth = track((100, 0.0), (200, 10.0), (500, -20.0))
+    times = np.array([500, 100, 90, 120, 200, 350, 600])
+    positions, inside = truth.when(times)
+    assert positions[:, 1, 0].tolist() == [-20.0, 0.0, 0.0, 2.0, 10.0, -5.0, -20.0]
+    assert inside.tolist() == [True, True, False, True, True, True, False]
+    assert np.all(positions[:, 0] == 0.0)
 
 
 def test_memory_is_bounded_and_time_only_goes_on() -> None:
-    truth = track(*((t, float(t)) for t in range(10)))
+    truth = track(*((t, float(t)) for t in range(11)))
     truth.add(3, (3, 7), np.ones((2, 3)))
-    assert [truth.at(t, 7) is None for t in (5, 6, 9)] == [True, False, False]
-    oldest, newest = truth.nearest(0), truth.nearest(99)
-    assert oldest is not None
-    assert newest is not None
-    assert (oldest.t_us, newest.t_us) == (6, 9)
-    truth.add(9, (3, 7), np.ones((2, 3)))
-    assert truth.at(9, 7) == (1.0, 1.0, 1.0)
+    assert [truth.at(t, 7) is None for t in (3, 7, 10)] == [True, False, False]
+    truth.add(10, (3, 7), np.ones((2, 3)))
+    assert truth.at(10, 7) == (1.0, 1.0, 1.0)
+    assert truth.newest_us == 10
 
 
-def test_when_vehicles_come_or_go_the_last_sample_holds() -> None:
+def test_other_vehicles_begin_a_new_memory() -> None:
     truth = track((0, 1.0))
     truth.add(100, (3,), [(5.0, 0.0, 0.0)])
-    assert truth.at(50, 7) == (1.0, 0.0, 0.0)
-    assert truth.at(50, 3) == (0.0, 0.0, 0.0)
+    assert (truth.ids, truth.at(100, 3), truth.at(50, 3)) == ((3,), (5.0, 0.0, 0.0), None)
     assert truth.at(100, 7) is None
 
 
