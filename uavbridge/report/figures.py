@@ -262,8 +262,8 @@ def _closest(axes: Axes, at: float, low: float, series: Series) -> None:
 def _limit(axes: Axes, value: float, text: str, colour: str) -> None:
     axes.axhline(value, color=colour, lw=1.0, ls=(0, (5, 3)))
     axes.annotate(
-        text, (0.995, value), (0, 2), xycoords=("axes fraction", "data"),
-        textcoords="offset points", ha="right", va="bottom", color=colour, size=8,
+        text, (0.006, value), (0, 2), xycoords=("axes fraction", "data"),
+        textcoords="offset points", ha="left", va="bottom", color=colour, size=8,
     )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from planners.belief.merge import MERGE_RULES, BeliefMap, MergeRule, unpack
 from planners.types import F64
+from uavbridge.agent.phases import Phase
 from uavbridge.bus.wire import decode as decode_frame
 from uavbridge.clock import to_s
 from uavbridge.config import Mission, parse
@@ -24,6 +25,7 @@ from uavbridge.recording.topics import EventRecord, MissionRecord, ScoreRecord, 
 from uavbridge.report.result import AgentResult, Event, MissionResult, Series, TargetResult
 from uavbridge.report.summary import Summary
 
+_CONNECT = Phase.CONNECT.value
 _INCOMPLETE = "the recording ends before the mission does"
 
 
@@ -158,7 +160,9 @@ def _series(scores: list[tuple[int, ScoreRecord]]) -> Series:
 
 
 def _track(states: list[StateRecord]) -> F64:
-    return np.array([state.position for state in states]).reshape(-1, 3)
+    """(k, 3) from where the vehicle's position was known."""
+    known = [state.position for state in states if state.phase != _CONNECT]
+    return np.array(known, dtype=np.float64).reshape(-1, 3)
 
 
 def _last(values: F64) -> float:
