@@ -131,7 +131,7 @@ class LocalGeodesy:
         scaled = enu / self.REACH_M
         if not np.abs(scaled).max(initial=0.0) <= 1.0 or self._polar:
             return np.stack(to_geodetic(enu, self._origin), axis=-1)
-        places = _monomials(scaled) @ self._weights + self._zero
+        places: F64 = _monomials(scaled) @ self._weights + self._zero
         if self._near_date_line:
             places[:, 1] = (places[:, 1] + 180.0) % 360.0 - 180.0
         return places

@@ -190,6 +190,21 @@ def test_tcp_clients_connect(ports):
     assert "15 pieces of garbage" in sim.summary
 
 
+def test_a_client_that_does_not_read_loses_frames_and_holds_up_nobody():
+    port = free_port(socket.SOCK_STREAM)
+    busy = ("--count", "50", "--ports", "shared", "--speed", "60", "--model", "perfect")
+    with (
+        simulator("--tcp", *busy, "--in-air", port=port) as sim,
+        socket.create_connection(("127.0.0.1", port)),
+    ):
+        time.sleep(2.5)
+        with Station(f"tcp:127.0.0.1:{port}") as gcs:
+            gcs.expect("HEARTBEAT", system=50)
+    dropped = re.search(r"(\d+) dropped", sim.summary)
+    assert dropped
+    assert int(dropped[1]) > 0
+
+
 def ended(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [*COMMAND, *arguments], capture_output=True, text=True, timeout=30, check=False
