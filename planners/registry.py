@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, dataclass
-from typing import Any
+from dataclasses import MISSING, Field, dataclass, fields
+from typing import Any, TypeVar
 
 from planners.planner import Planner, PlannerKind
 from planners.search.boids import BOIDS, BOIDS_GUIDED
@@ -14,6 +14,8 @@ from planners.search.mower import MOWER
 from planners.search.random_walk import RANDOM
 from planners.search.sweep import SWEEP
 from planners.types import Scenario
+
+P = TypeVar("P")
 
 BUILTIN: Mapping[str, PlannerKind] = {
     kind.name: kind for kind in (ESUSTPM, BOIDS_GUIDED, BOIDS, MOWER, SWEEP, RANDOM)
@@ -47,7 +49,12 @@ class Parameter:
 
 def describe(kind: PlannerKind) -> tuple[Parameter, ...]:
     """Parameters of a planner, in the order of its dataclass."""
-    return tuple(_parameter(part) for part in kind.parameters())
+    return described(kind.params)
+
+
+def described(params: type[Any]) -> tuple[Parameter, ...]:
+    """Parameters of a dataclass whose fields are made with ``planners.planner.param``."""
+    return tuple(_parameter(part) for part in fields(params))
 
 
 def bind(kind: PlannerKind, scenario: Scenario, values: Mapping[str, Any]) -> Planner:
@@ -67,16 +74,21 @@ def bind(kind: PlannerKind, scenario: Scenario, values: Mapping[str, Any]) -> Pl
 
 def parameters(kind: PlannerKind, values: Mapping[str, Any]) -> Any:
     """The planner's parameter dataclass from a mapping. Raises as ``bind``."""
-    known = {part.name: part for part in describe(kind)}
+    return filled(f"planner {kind.name}", kind.params, values)
+
+
+def filled(owner: str, params: type[P], values: Mapping[str, Any]) -> P:
+    """A parameter dataclass from a mapping; ``owner`` begins the messages. Raises as ``bind``."""
+    known = {part.name: part for part in described(params)}
     for name in values:
         if name not in known:
             listed = ", ".join(known) or "none"
-            raise ValueError(f"planner {kind.name}: unknown parameter {name!r} (known: {listed})")
-    checked = {name: _checked(kind, known[name], value) for name, value in values.items()}
+            raise ValueError(f"{owner}: unknown parameter {name!r} (known: {listed})")
+    checked = {name: _checked(owner, known[name], value) for name, value in values.items()}
     try:
-        return kind.params(**checked)
+        return params(**checked)
     except ValueError as error:
-        raise ValueError(f"planner {kind.name}: {error}") from error
+        raise ValueError(f"{owner}: {error}") from error
 
 
 def _parameter(part: Field[Any]) -> Parameter:
@@ -96,8 +108,8 @@ def _parameter(part: Field[Any]) -> Parameter:
     )
 
 
-def _checked(kind: PlannerKind, parameter: Parameter, value: Any) -> Any:
-    where = f"planner {kind.name}: parameter {parameter.name}"
+def _checked(owner: str, parameter: Parameter, value: Any) -> Any:
+    where = f"{owner}: parameter {parameter.name}"
     if parameter.kind is float and type(value) is int and abs(value) < _EXACT:
         value = float(value)
     if type(value) is not parameter.kind:

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem, get_completion_class
 
+from uavbridge.cli.experiments import experiment
 from uavbridge.cli.group import Group, echo_json, set_up_logging
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -117,6 +118,9 @@ def planners(as_json: bool) -> None:
         echo_json(listing.as_data(found))
     else:
         listing.show(found)
+
+
+main.add_command(experiment)
 
 
 @main.command(

@@ -1,8 +1,8 @@
-"""The list of planners, for people and for programs."""
+"""The lists of planners and of experiments, for people and for programs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
@@ -10,7 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from planners.planner import PlannerKind
-from planners.registry import Parameter, describe
+from planners.registry import Parameter, describe, described
+from uavbridge.experiments.experiment import Experiment
 
 
 def as_data(planners: Mapping[str, PlannerKind]) -> list[dict[str, Any]]:
@@ -23,6 +24,32 @@ def as_data(planners: Mapping[str, PlannerKind]) -> list[dict[str, Any]]:
         }
         for kind in planners.values()
     ]
+
+
+def experiments_as_data(experiments: Sequence[Experiment]) -> list[dict[str, Any]]:
+    """Experiments with their parameters as plain values."""
+    return [
+        {
+            "name": one.name,
+            "summary": one.summary,
+            "source": one.source,
+            "runs": one.runs,
+            "fidelities": list(one.fidelities),
+            "parameters": [_described(parameter) for parameter in described(one.params)],
+        }
+        for one in experiments
+    ]
+
+
+def show_experiments(experiments: Sequence[Experiment]) -> None:
+    """A line an experiment on standard output."""
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
+    for heading in ("experiment", "source", "fidelities"):
+        table.add_column(heading, no_wrap=True)
+    table.add_column("what", overflow="fold")
+    for one in experiments:
+        table.add_row(one.name, one.source, ", ".join(one.fidelities), one.summary)
+    Console(markup=False, highlight=False).print(table)
 
 
 def _described(parameter: Parameter) -> dict[str, Any]:

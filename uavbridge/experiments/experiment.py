@@ -1,0 +1,110 @@
+"""What an experiment is: cases, a simulation of a block of runs, and how to show them.
+
+An experiment is one module with one ``Experiment``, and one TOML file beside
+it with the numbers that the paper prints (``printed.py``). It is listed in
+``registry.py``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from planners.types import F64, I64
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from uavbridge.experiments.rows import Row
+
+Value: TypeAlias = str | int | float | bool
+Case: TypeAlias = Mapping[str, Value]  # its key "reading", if any, names another reading
+Samples: TypeAlias = Mapping[str, F64]  # metric: (runs,) or (runs, len(axis.values))
+
+FIDELITIES = ("ideal", "dynamics", "mavlink")
+READING = "reading"
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """What the second axis of a metric's array is, such as the cycle: a curve, not a number."""
+
+    name: str
+    values: tuple[int | float, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """All that an experiment came to."""
+
+    experiment: Experiment
+    params: Any
+    runs: int
+    seed: int
+    fidelity: str
+    samples: Sequence[tuple[Case, Samples]]  # in the order of the cases, runs in their order
+    rows: Sequence[Row] = ()
+
+    def of(self, **case: Value) -> Samples:
+        """Samples of one case, by exactly its keys. Raises KeyError when there is none."""
+        for known, samples in self.samples:
+            if dict(known) == case:
+                return samples
+        raise KeyError(f"no case {case}")
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """A table or a figure of a paper, or one of ours.
+
+    Attributes:
+        name: as the command line spells it.
+        summary: one line.
+        source: such as "Liu 2022, Table 2".
+        params: frozen dataclass, its fields made with ``planners.planner.param``.
+        cases: the cases to run. Raises ValueError when the parameters make no sense together.
+        simulate: (case, params, seeds (k,), fidelity) to metrics; one seed a run; arrays (k,), or
+            (k, len(axis.values)); NaN where a run did not reach what the metric tells.
+        file: the module's ``__file__``; the printed numbers are in the TOML beside it.
+        runs: a case, when the command line is silent.
+        block: runs simulated by one call, in the ideal fidelity.
+        flown_block: the same in the other fidelities.
+        fidelities: those that ``simulate`` knows.
+        paired: case keys that do not enter the seeds: cases that differ only in them get equal
+            seeds, run by run. Readings always do.
+        axis: of the metrics that are curves.
+        medians: metrics that the paper shows as boxplots.
+        derive: further rows from the samples, for what is no mean over runs.
+        plot: draws on an empty figure.
+    """
+
+    name: str
+    summary: str
+    source: str
+    params: type[Any]
+    cases: Callable[[Any], Sequence[Case]]
+    simulate: Callable[[Case, Any, I64, str], Samples]
+    file: str
+    runs: int = 100
+    block: int = 100
+    flown_block: int = 1
+    fidelities: tuple[str, ...] = ("ideal",)
+    paired: tuple[str, ...] = ()
+    axis: Axis | None = None
+    medians: tuple[str, ...] = ()
+    derive: Callable[[Outcome], Sequence[Row]] | None = None
+    plot: Callable[[Figure, Outcome], None] | None = None
+
+    @property
+    def printed(self) -> Path:
+        """The file of the paper's numbers."""
+        return Path(self.file).with_suffix(".toml")
+
+
+def generators(seeds: I64) -> list[np.random.Generator]:
+    """A generator a run, from the seeds (k,) that ``simulate`` is given."""
+    return [np.random.Generator(np.random.PCG64(int(seed))) for seed in seeds]

@@ -1,0 +1,144 @@
+"""An outcome for people and programs: the table, and the files in a folder."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+from rich.console import Console
+from rich.table import Table
+
+from uavbridge.experiments import printed
+from uavbridge.experiments.experiment import Outcome
+from uavbridge.experiments.rows import Row
+
+_FIGURES = ("paper", "mean", "se", "median", "q25", "q75", "n")
+
+
+def as_json(rows: Sequence[Row]) -> bytes:
+    """The rows as a JSON list."""
+    return msgspec.json.format(msgspec.json.encode([row.as_data() for row in rows]), indent=1)
+
+
+def as_csv(rows: Sequence[Row]) -> str:
+    """The rows as comma-separated values, a column a case key."""
+    keys = list(dict.fromkeys(key for row in rows for key in row.case))
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([*keys, "reading", "metric", *_FIGURES])
+    for row in rows:
+        data = row.as_data()
+        figures = ("" if data[name] is None else data[name] for name in _FIGURES)
+        cells = (_cell(row.case.get(key, "")) for key in keys)
+        writer.writerow([*cells, row.reading or "", row.metric, *figures])
+    return out.getvalue()
+
+
+def show(outcome: Outcome, console: Console) -> None:
+    """The table on a console."""
+    header, lines = _table(outcome)
+    table = Table(box=None, padding=(0, 1), header_style="bold", title=_title(outcome))
+    for place, name in enumerate(header):
+        table.add_column(name, justify="left" if place < len(header) - 4 else "right")
+    for line in lines:
+        table.add_row(*line)
+    console.print(table)
+    for remark in printed.load(outcome.experiment.printed).remarks:
+        console.print(f"* {remark}", highlight=False, markup=False)
+
+
+def write(outcome: Outcome, folder: Path, command: str) -> list[Path]:
+    """NAME.json, NAME.csv, NAME.png and NAME.md in ``folder``; returns their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    name = outcome.experiment.name
+    paths = {kind: folder / f"{name}.{kind}" for kind in ("json", "csv", "png", "md")}
+    paths["json"].write_bytes(as_json(outcome.rows) + b"\n")
+    paths["csv"].write_text(as_csv(outcome.rows))
+    if outcome.experiment.plot is None:
+        del paths["png"]
+    else:
+        _draw(outcome, paths["png"])
+    paths["md"].write_text(as_markdown(outcome, command))
+    return list(paths.values())
+
+
+def as_markdown(outcome: Outcome, command: str) -> str:
+    """A page with command, table, remarks and picture."""
+    experiment = outcome.experiment
+    header, lines = _table(outcome)
+    text = [
+        f"# {experiment.name}",
+        f"{experiment.summary} ({experiment.source}).",
+        f"    {command}",
+    ]
+    text.append("\n".join([_line(header), _line(["---"] * len(header)), *map(_line, lines)]))
+    remarks = printed.load(experiment.printed).remarks
+    if remarks:
+        text.append("\n".join(f"- {remark}" for remark in remarks))
+    if experiment.plot is not None:
+        text.append(f"![{experiment.summary}]({experiment.name}.png)")
+    return "\n\n".join(text) + "\n"
+
+
+def number(value: float | None) -> str:
+    """A figure in as many digits as it deserves."""
+    if value is None or not math.isfinite(value):
+        return "-"
+    if value == round(value) and abs(value) < 1e6:
+        return f"{value:.0f}"
+    return f"{value:.4g}" if abs(value) < 10 else f"{value:.2f}"
+
+
+def _title(outcome: Outcome) -> str:
+    experiment = outcome.experiment
+    return (
+        f"{experiment.name}: {experiment.source}; {outcome.runs} runs a case, "
+        f"seed {outcome.seed}, {outcome.fidelity}"
+    )
+
+
+def _table(outcome: Outcome) -> tuple[list[str], list[list[str]]]:
+    """Header and cells; the last four columns are numbers. Curves are left out."""
+    axis = outcome.experiment.axis
+    rows = [row for row in outcome.rows if axis is None or axis.name not in row.case]
+    rows = rows or list(outcome.rows)
+    keys = list(dict.fromkeys(key for row in rows for key in row.case))
+    readings = any(row.reading is not None for row in rows)
+    header = [*keys, *(["reading"] if readings else []), "metric"]
+    header += ["paper", "ours", "± se, or quartiles", "n"]
+    return header, [_cells(row, keys, readings, outcome) for row in rows]
+
+
+def _cells(row: Row, keys: Sequence[str], readings: bool, outcome: Outcome) -> list[str]:
+    cells = [_cell(row.case.get(key, "")) for key in keys]
+    if readings:
+        cells.append(row.reading or "")
+    of_all = f"{row.n}" if row.n == outcome.runs else f"{row.n}/{outcome.runs}"
+    cells += [row.metric, number(row.paper)]
+    if row.metric in outcome.experiment.medians:
+        return [*cells, number(row.median), f"{number(row.q25)} .. {number(row.q75)}", of_all]
+    return [*cells, number(row.mean), f"± {number(row.se)}", of_all]
+
+
+def _cell(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _line(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def _draw(outcome: Outcome, path: Path) -> None:
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    figure = Figure(layout="constrained")
+    assert outcome.experiment.plot is not None
+    settings: Mapping[str, object] = {"font.size": 9.0, "axes.titlesize": 9.5}
+    with mpl.rc_context(dict(settings)):
+        outcome.experiment.plot(figure, outcome)
+        figure.savefig(path, dpi=144, metadata={"Software": None})

@@ -1,0 +1,30 @@
+"""Which experiments there are. Modules are imported when they are asked for."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+
+from uavbridge.errors import ConfigError
+from uavbridge.experiments.experiment import Experiment
+
+# name: module under uavbridge.experiments that holds EXPERIMENT
+MODULES: Mapping[str, str] = {}
+
+
+def find(name: str) -> Experiment:
+    """The experiment of that name.
+
+    Raises:
+        ConfigError: there is none.
+    """
+    if name not in MODULES:
+        raise ConfigError(f"unknown experiment {name!r} (known: {', '.join(MODULES)})")
+    module = importlib.import_module(f"uavbridge.experiments.{MODULES[name]}")
+    experiment: Experiment = module.EXPERIMENT
+    return experiment
+
+
+def everyone() -> list[Experiment]:
+    """All experiments, in the order of the list."""
+    return [find(name) for name in MODULES]
