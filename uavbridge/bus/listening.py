@@ -9,6 +9,7 @@ from uavbridge.bus.keys import TilePattern
 from uavbridge.bus.tiles import Tiling
 
 MOST_TILES = 16  # beyond that one subscription to all of them costs less
+STRIDE_M = 10.0  # nothing is looked at anew until an agent has moved this far
 WIDE: TilePattern = ("*", "*")
 
 
@@ -30,6 +31,7 @@ class Listening:
         self._tiling = tiling
         self._boxes: dict[TilePattern, Mailbox] = {}
         self._leaving: list[Mailbox] = []
+        self._followed: list[tuple[float, ...]] = []
         self._enter({WIDE})
 
     @property
@@ -39,18 +41,28 @@ class Listening:
 
     def follow(self, positions: Collection[tuple[float, ...]]) -> None:
         """Cover what is in reach of the agents at these ENU positions (m)."""
-        near: set[TilePattern] = set(self._tiling.around(positions))
+        if self._near_the_last(positions):
+            return
+        self._followed = list(positions)
+        near: set[TilePattern] = set(self._tiling.around(positions, STRIDE_M))
         if near <= self._boxes.keys():
             if len(self._boxes) > len(near):
-                self._leave(self._tiling.around(positions, self._tiling.leave_m))
+                self._leave(self._tiling.around(positions, STRIDE_M + self._tiling.leave_m))
             return
-        stay = self._tiling.around(positions, self._tiling.leave_m)
+        stay = self._tiling.around(positions, STRIDE_M + self._tiling.leave_m)
         if len(stay) > MOST_TILES:
             self._enter({WIDE})
             self._leave({WIDE})
         else:
             self._enter(near)
             self._leave(stay)
+
+    def _near_the_last(self, positions: Collection[tuple[float, ...]]) -> bool:
+        """Whether nobody has moved a stride since the subscriptions were looked at."""
+        return len(positions) == len(self._followed) and all(
+            abs(now[0] - then[0]) < STRIDE_M and abs(now[1] - then[1]) < STRIDE_M
+            for now, then in zip(positions, self._followed, strict=True)
+        )
 
     def drain(self) -> list[Sample]:
         """All samples since the last call; one that two subscriptions brought may come twice."""
