@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +16,15 @@ import pytest
 
 from uavbridge.bus import keys
 from uavbridge.bus.api import Sample
-from uavbridge.bus.messages import FullMap, encode_map
+from uavbridge.bus.messages import FullMap, Readings, decode_readings, encode_map
 from uavbridge.bus.zenoh_bus import Router, ZenohBus
 from uavbridge.errors import BusError
 
 pytestmark = pytest.mark.integration
 
-EXAMPLE = Path(__file__).parents[2] / "docs/examples/watch_beliefs.py"
+DOCS = Path(__file__).parents[2] / "docs"
+EXAMPLE = DOCS / "examples/watch_beliefs.py"
+TUTORIAL = DOCS / "tutorial/watch_over_zenoh.md"
 
 
 @pytest.fixture
@@ -204,3 +207,41 @@ def test_the_example_prints_maps_and_ends(
         title, *rows = printed[i : i + 4]
         assert re.fullmatch(r"agent 3 at \d+\.\d s, north up:\n", title)
         assert [row.strip("[] \n") for row in rows] == ["0.9  1.", "0.5  0.5", "0.05 0.25"]
+
+
+def tutorial(router: Router) -> list[str]:
+    """The tutorial's Python, for this router."""
+    blocks = re.findall(r"```python\n(.*?)```", TUTORIAL.read_text(), re.DOTALL)
+    return [block.replace("tcp/127.0.0.1:7447", router.endpoint) for block in blocks]
+
+
+def test_the_tutorial_shows_the_example(router: Router) -> None:
+    assert EXAMPLE.read_text() in TUTORIAL.read_text()
+    assert len(tutorial(router)) == 4
+
+
+def test_the_tutorials_listener_hears_everything(router: Router) -> None:
+    command = [sys.executable, "-uc", tutorial(router)[1]]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as listener:
+        assert listener.stdout is not None
+        with ZenohBus(router.endpoint, "liu2022") as bus, ThreadPoolExecutor(1) as reader:
+            line = reader.submit(listener.stdout.readline)
+            until(lambda: bus.publish("air/0/0/3", b"abc") or line.done())
+        listener.kill()
+    assert line.result() == "uavbridge/liu2022/air/0/0/3 3 bytes\n"
+
+
+def test_the_tutorials_detector_is_understood(router: Router) -> None:
+    with ZenohBus(router.endpoint, "liu2022") as bus:
+        box = bus.subscribe(keys.obs(3))
+        samples: list[Sample] = []
+        until(lambda: exec(tutorial(router)[2]) or samples.extend(box.drain()) or samples)
+    assert decode_readings(samples[0].data) == Readings(60_000_000, ((4, 7, True),))
+
+
+def test_the_tutorials_program_reads_maps(
+    router: Router, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with ZenohBus(router.endpoint, "liu2022") as bus:
+        bus.serve(keys.state_map(3), lambda _: example_map(0))
+        until(lambda: exec(tutorial(router)[3], {}) or capsys.readouterr().out.startswith("3 0.0"))

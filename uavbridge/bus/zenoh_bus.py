@@ -23,6 +23,7 @@ from uavbridge.errors import BusError
 
 PORT = 7447
 LOOPBACK = "127.0.0.1"
+MOST_PUBLISHERS = 4096  # keys kept declared; agents that fly over tiles use ever new ones
 CAPACITY = 8192  # samples a subscription holds between two drains
 
 Read: TypeAlias = Callable[[zenoh.Sample], bytes]
@@ -159,6 +160,8 @@ class ZenohBus:
     def publish(self, key: str, data: bytes) -> None:
         publisher = self._publishers.get(key)
         if publisher is None:
+            if len(self._publishers) == MOST_PUBLISHERS:
+                self._publishers.clear()
             publisher = self._publishers[key] = self._publisher(key)
         try:
             publisher.put(data)

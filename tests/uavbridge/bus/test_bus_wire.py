@@ -2,6 +2,7 @@ import math
 import struct
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -146,14 +147,13 @@ def test_one_kind_is_never_read_as_another(data: bytes) -> None:
     assert sum(decode(data, None) is not None for decode in DECODERS) == 1
 
 
+REFERENCE = Path(__file__).parents[3] / "docs/reference/wire_format.md"
 FRAME = wire.encode(Frame(DELTA, 3, 17, 12_500_000, (1.0, 2.0, 30.0), (0.5, 0.0, 0.0), b"p", 1))
 
 
 def test_the_bytes_are_those_that_the_reference_shows() -> None:
-    assert FRAME.hex(" ", -4) == (
-        "55420101 03000000 11000000 01000100 20bcbe00 00000000 "
-        "0000803f 00000040 0000f041 0000003f 00000000 00000000 00000000 70"
-    )
+    shown = " ".join(REFERENCE.read_text().split())
+    assert FRAME.hex(" ", -4) in shown
 
 
 @pytest.mark.parametrize(
