@@ -24,6 +24,8 @@ from uavbridge.rng import stream
 from uavbridge.safety.filter import Vector
 from uavbridge.vehicle.api import VehicleState
 
+BEACON_US = 200_000  # between two separation beacons
+
 _log = logging.getLogger(__name__)
 
 
@@ -98,15 +100,19 @@ class Agent:
         )
 
     def _tell(self, inputs: Inputs) -> list[Effect]:
-        """The frame at the planner's rate, the separation beacon at every step in the air."""
+        """The frame at the planner's rate; in the air the beacon, five times a second."""
         state, t_us = inputs.state, inputs.t_us
         effects: list[Effect] = []
         if not state.has_position:
             return effects
+        shines = state.in_air and t_us % BEACON_US == 0
+        speaks = t_us % self._tick_us == 0 and self.phase not in ENDED
+        if not (shines or speaks):
+            return effects
         position, velocity = _vectors(state)
-        if state.in_air:
+        if shines:
             effects.append(Shine(Beacon(self.plan.agent, t_us, position, velocity)))
-        if t_us % self._tick_us == 0 and self.phase not in ENDED:
+        if speaks:
             effects.append(Publish(self._frame(t_us, position, velocity)))
         return effects
 

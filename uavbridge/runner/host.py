@@ -38,6 +38,7 @@ from uavbridge.recording.topics import (
 from uavbridge.report.result import Event
 from uavbridge.vehicle.api import SetVelocity, Vehicle, VehicleState
 
+SETPOINT_RECORD_US = 500_000  # all of them are in the .tlog; these show what the filter left
 NEIGHBOUR_S = 3.0  # heard within this time counts as a neighbour, for people
 
 _log = logging.getLogger(__name__)
@@ -180,7 +181,9 @@ class AgentHost:
         agent = seat.agent.plan.agent
         if isinstance(effect, Do):
             seat.vehicle.do(effect.command, t_us)
-            if self._recorder and isinstance(effect.command, SetVelocity):
+            if not self._recorder or t_us % SETPOINT_RECORD_US:
+                return
+            if isinstance(effect.command, SetVelocity):
                 x, y, z = effect.command.velocity.tolist()
                 record = SetpointRecord("velocity", [x, y, z])
                 self._recorder.record(f"setpoint/{agent}", t_us, record)
