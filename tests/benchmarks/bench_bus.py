@@ -28,6 +28,7 @@ from uavbridge.radio import Radio
 
 SENDERS = 20
 PERIOD_S = 0.02
+START_TICKS = 50  # the receiver listens longer, as the sender starts after it
 TICK_US = 500_000
 RANGE_M = 400.0
 STILL = (0.0, 0.0, 0.0)
@@ -90,7 +91,7 @@ def receive(mode: str, endpoint: str, ticks: int) -> tuple[float, int, int]:
             "uavbridge/bench/air/**", lambda sample: came.append(sample.payload.to_bytes())
         )
         print("ready", flush=True)
-        spent = timed(lambda _: None, ticks, lambda: None)
+        spent = timed(lambda _: None, ticks + START_TICKS, lambda: None)
         session.close()
         return spent, len(came), len(came)
     bus = ZenohBus(endpoint, "bench")
@@ -110,7 +111,7 @@ def receive(mode: str, endpoint: str, ticks: int) -> tuple[float, int, int]:
 
     air.receive(positions, 0)
     print("ready", flush=True)
-    spent = timed(one, ticks, lambda: None)
+    spent = timed(one, ticks + START_TICKS, lambda: None)
     bus.close()
     return spent, air.arrivals, heard
 

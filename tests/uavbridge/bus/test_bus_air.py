@@ -132,7 +132,7 @@ class AirTests(Sessions):
             assert seen.probability.tolist() == [[0.25, 1.0]]
             assert seen.stamp_us.tolist() == [[5, -1]]
 
-    @pytest.mark.parametrize("count", [2, 10, 20, 40])
+    @pytest.mark.parametrize("count", [4, 10, 20, 40])
     def test_deliveries_per_process_grow_linearly_with_agents(self, count: int) -> None:
         """Two processes with half of the agents each: one delivery per agent, tick and process."""
         ticks = 5
