@@ -158,7 +158,8 @@ def _head(*, note: bool) -> Text:
 
 
 def _vehicle(line: VehicleLine, *, note: bool) -> Text:
-    height = f"{line.height_m:4.0f}" if math.isfinite(line.height_m) else "   -"
+    # z: nobody flies at -0 m
+    height = f"{line.height_m:z4.0f}" if math.isfinite(line.height_m) else "   -"
     battery = f"{line.battery * 100:4.0f}" if math.isfinite(line.battery) else "   -"
     phase = plain(line.phase)
     text = Text.assemble(

@@ -19,10 +19,11 @@ from uavbridge.bus.tiles import Tiling
 from uavbridge.config import Mission
 from uavbridge.errors import ConfigError
 from uavbridge.rng import stream
-from uavbridge.safety.envelope import Envelope
+from uavbridge.safety.envelope import Braking, Envelope
 
 LAYER_CLEARANCE = 1.2  # between return heights, in separation distances
 HICCUP_S = 0.5  # wall time for which a busy machine may hold up a process
+WIRE_S = 0.03  # wall time from a position to the setpoint that answers it, on a busy machine
 OFFBOARD_LOSS_S = 1.0  # COM_OF_LOSS_T as PX4 has it
 
 
@@ -36,6 +37,11 @@ def patience(mission: Mission, duration_s: float) -> float:
     """A time-out in mission time, but never so short in wall time that a hiccup trips it."""
     speed = mission.speed if mission.clock == "paced" else 0.0
     return max(duration_s, HICCUP_S * speed)
+
+
+def wire_delay(mission: Mission) -> float:
+    """Mission time (s) that sockets and processes add to a setpoint's way in a paced run."""
+    return WIRE_S * mission.speed if mission.clock == "paced" else 0.0
 
 
 def planner_of(mission: Mission, kind: PlannerKind | None = None) -> Planner:
@@ -69,6 +75,7 @@ def envelope_of(mission: Mission) -> Envelope:
         speed_m_s=s.speed_m_s,
         climb_m_s=s.climb_m_s,
         separation_m=s.separation_m if s.separation else 0.0,
+        braking=Braking(latency_s=Braking().latency_s + wire_delay(mission)),
     )
 
 

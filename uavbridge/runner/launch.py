@@ -103,8 +103,13 @@ def fly(
                 _record_score(recorder, judge)
             view(t_us, judge, host)
 
-        run = fly_stepped if stepped else fly_paced
-        flown = run(mission, planner, recorder=recorder, progress=progress, stop=stop)
+        if stepped:
+            flown = fly_stepped(mission, planner, recorder=recorder, progress=progress, stop=stop)
+        else:
+            tell = console.print if console else _log.info
+            flown = fly_paced(
+                mission, planner, recorder=recorder, progress=progress, stop=stop, tell=tell
+            )
         result = result_of(
             flown.judge,
             duration_us=flown_us,

@@ -39,8 +39,17 @@ def fly_paced(
     recorder: Recorder,
     progress: Progress,
     stop: Callable[[], bool],
+    tell: Callable[[str], None] = _log.info,
 ) -> Flown:
-    """Fly a whole mission; arguments as of ``fly_stepped``.
+    """Fly a whole mission.
+
+    Args:
+        mission: with targets.
+        planner: bound to the mission's scenario.
+        recorder: gets everything.
+        progress: called after every control tick.
+        stop: asked at every tick; True calls all home.
+        tell: is told what people need to know at the start.
 
     Raises:
         BusError: no router, or its port is in use.
@@ -52,7 +61,7 @@ def fly_paced(
         if endpoint is None:
             endpoint = stack.enter_context(Router(mission.bus.listen)).endpoint
         bus = stack.enter_context(ZenohBus(endpoint, mission.name))
-        _log.info("zenoh router at %s, keys uavbridge/%s/**", endpoint, mission.name)
+        tell(f"zenoh router {endpoint}, keys uavbridge/{mission.name}/**")
         links = {plan.agent: _link(mission, plan.agent, i) for i, plan in enumerate(plans)}
         for link in links.values():
             stack.callback(link.close)
