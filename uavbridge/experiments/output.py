@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
@@ -138,7 +138,6 @@ def _draw(outcome: Outcome, path: Path) -> None:
 
     figure = Figure(layout="constrained")
     assert outcome.experiment.plot is not None
-    settings: Mapping[str, object] = {"font.size": 9.0, "axes.titlesize": 9.5}
-    with mpl.rc_context(dict(settings)):
+    with mpl.rc_context({"font.size": 9.0, "axes.titlesize": 9.5}):
         outcome.experiment.plot(figure, outcome)
         figure.savefig(path, dpi=144, metadata={"Software": None})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import multiprocessing
 import signal
 from collections.abc import Callable, Iterator, Sequence
@@ -75,12 +76,11 @@ class Dask:
         self, work: Callable[[Any], Any], tasks: Sequence[Any]
     ) -> Iterator[tuple[int, Any]]:
         try:
-            from distributed import Client
-            from distributed import as_completed as completed
+            distributed: Any = importlib.import_module("distributed")
         except ImportError as error:
             raise ConfigError("--dask needs the extra: pip install 'uavbridge[dask]'") from error
         try:
-            client: Any = Client(self.address, timeout=self.timeout_s, set_as_default=False)
+            client = distributed.Client(self.address, timeout=self.timeout_s, set_as_default=False)
         except ValueError as error:
             raise ConfigError(f"--dask {self.address}: {error}") from error
         except OSError as error:
@@ -89,7 +89,7 @@ class Dask:
             futures = client.map(work, tasks, pure=False)
             places = {future.key: place for place, future in enumerate(futures)}
             try:
-                for future in completed(futures):
+                for future in distributed.as_completed(futures):
                     yield places[future.key], future.result()
             finally:
                 client.cancel(futures)
