@@ -105,6 +105,6 @@ def gaussian_prior(
     return np.asarray(floor + (peak - floor) * shares / (most if most > 0.0 else 1.0))
 
 
-def _below(edges: F64, mean: float, sigma_m: float) -> F64:
+def _below(edges: npt.ArrayLike, mean: float, sigma_m: float) -> F64:
     """Share of a Gaussian below each edge."""
-    return np.array([0.5 * math.erf((edge - mean) / (sigma_m * math.sqrt(2.0))) for edge in edges])
+    return np.array([0.5 * math.erf((edge - mean) / (sigma_m * math.sqrt(2.0))) for edge in np.asarray(edges)])

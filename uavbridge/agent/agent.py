@@ -54,7 +54,7 @@ class Agent:
         """Everything this agent wants done now."""
         for frame in inputs.frames:
             self.hearing.frame(frame)
-            self.mapping.merge(frame)
+        self.mapping.merge(inputs.frames)
         for beacon in inputs.beacons:
             self.hearing.beacon(beacon)
         for reading in inputs.readings:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isfinite
 
 import numpy as np
 
-from planners.belief.merge import BeliefMap, unpack
+from planners.belief.merge import BeliefMap, Records, unpack
 from planners.types import Reading
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.bus.wire import Frame
@@ -18,7 +19,7 @@ class Mapping:
     def __init__(self, plan: AgentPlan) -> None:
         self._plan = plan
         self._grid = plan.scenario.grid
-        self.belief: BeliefMap = plan.rule.empty(self._grid, plan.prior)
+        self.belief: BeliefMap = plan.rule.empty(self._grid, plan.prior, plan.sensor)
         self.declared: dict[int, int] = {}  # flat cell -> t_us of its declaration
         self.unreadable = 0  # frames of another merge rule, records that make no sense
         self._changed: set[int] = set()
@@ -39,22 +40,28 @@ class Mapping:
         self._changed.add(flat)
         self._declare([flat], reading.t_us)
 
-    def merge(self, frame: Frame) -> None:
-        """Cells that another agent sent."""
+    def merge(self, frames: Sequence[Frame]) -> None:
+        """Cells that others sent. What was heard together is merged together."""
+        rule = self._plan.rule
+        parts = [part for frame in frames if len(part := self._sound(frame))]
+        if not parts:
+            return
+        self.belief, changed = rule.merge(self.belief, np.concatenate(parts))
+        cells: list[int] = changed.tolist()
+        self._changed.update(cells)
+        self._declare(cells, max(frame.t_us for frame in frames))
+
+    def _sound(self, frame: Frame) -> Records:
+        """The records of a frame that make sense; the rest is counted."""
         rule = self._plan.rule
         records = unpack(rule, frame.cells) if frame.rule == rule.code else None
         if records is None:
             self.unreadable += 1
-            return
-        if not len(records):
-            return
+            return np.zeros(0, rule.record)
         # Nothing can have been observed after it was sent: a clock ahead must not win for ever.
         honest = rule.valid(self.belief, records, until_us=frame.t_us)
         self.unreadable += int(len(records) - honest.sum())
-        self.belief, changed = rule.merge(self.belief, records[honest])
-        cells: list[int] = changed.tolist()
-        self._changed.update(cells)
-        self._declare(cells, frame.t_us)
+        return records[honest]
 
     def _declare(self, cells: list[int], t_us: int) -> None:
         flat = self.belief.probability.reshape(-1)

@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from planners.belief.merge import MERGE_RULES, BeliefMap, MergeRule, unpack
+from planners.belief.merge import MERGE_RULES, BeliefMap, MergeRule, SensorModel, unpack
 from planners.types import F64
 from uavbridge.agent.phases import Phase
 from uavbridge.bus.wire import decode as decode_frame
@@ -72,7 +72,9 @@ def _collect(recording: Recording) -> _Collected:
     mission = parse(head.text, str(recording.path))
     rule = MERGE_RULES[mission.belief.merge]
     prior = np.full(mission.grid.shape, mission.belief.prior)
-    collected = _Collected(mission, head, rule, rule.empty(mission.grid, prior))
+    sensor = SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update)
+    belief = rule.onlooker.empty(mission.grid, prior, sensor)
+    collected = _Collected(mission, head, rule, belief)
     for message in messages:
         _take(collected, message)
     return collected
@@ -105,7 +107,7 @@ def _merge(collected: _Collected, data: bytes) -> None:
         return
     records = unpack(collected.rule, frame.cells)
     if records is not None and len(records):
-        collected.belief, _ = collected.rule.merge(collected.belief, records)
+        collected.belief, _ = collected.rule.onlooker.merge(collected.belief, records)
 
 
 def _result(collected: _Collected, recording: Recording) -> MissionResult:

@@ -60,6 +60,11 @@ def planner_of(mission: Mission, kind: PlannerKind | None = None) -> Planner:
         raise ConfigError(f"parameters: {fault}") from fault
 
 
+def sensor_model(mission: Mission) -> SensorModel:
+    """What the agents believe of their payload sensor."""
+    return SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update)
+
+
 def envelope_of(mission: Mission) -> Envelope:
     """What the safety filter enforces."""
     west, south, east, north = mission.grid.bounds
@@ -92,7 +97,7 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             scenario=scenario,
             planner=planner,
             rule=MERGE_RULES[mission.belief.merge],
-            sensor=SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update),
+            sensor=sensor_model(mission),
             prior=np.full(scenario.grid.shape, mission.belief.prior),
             envelope=envelope,
             start=(float(start[0]), float(start[1]), float(start[2])),

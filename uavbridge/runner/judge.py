@@ -28,6 +28,7 @@ from uavbridge.bus.messages import decode_truth
 from uavbridge.bus.wire import decode as decode_frame
 from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.config import Mission
+from uavbridge.runner import assemble
 from uavbridge.runner.host import order_bytes
 from uavbridge.runner.separation import SeparationWatch
 
@@ -92,7 +93,10 @@ class Judge:
         self._rule = MERGE_RULES[mission.belief.merge]
         self._grid = mission.grid
         prior = np.full(self._grid.shape, mission.belief.prior)
-        self.union: BeliefMap = self._rule.empty(self._grid, prior)
+        self._onlooker = self._rule.onlooker
+        self.union: BeliefMap = self._onlooker.empty(
+            self._grid, prior, assemble.sensor_model(mission)
+        )
         self._targets = set(mission.target_cells())
         self._team = mission.scenario().team
         self._frames = bus.subscribe("air/**")
@@ -146,7 +150,7 @@ class Judge:
                 continue
             records = unpack(self._rule, frame.cells)
             if records is not None and len(records):
-                self.union, _ = self._rule.merge(self.union, records)
+                self.union, _ = self._onlooker.merge(self.union, records)
         for report in self.reports.values():
             if report.phase != _BLIND:
                 self.tracks.setdefault(report.agent, []).append(report.position)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planners.belief.merge import BeliefUpdate, SensorModel
+from planners.belief.merge import MERGE_RULES, SensorModel
 from uavbridge import config
 from uavbridge.agent.report import AgentReport, encode
 from uavbridge.bus import keys
@@ -13,7 +13,6 @@ from uavbridge.bus.wire import DELTA, Frame
 from uavbridge.bus.wire import encode as encode_frame
 from uavbridge.runner.judge import Judge, Verdict
 
-RULE = BeliefUpdate()
 SECOND = 1_000_000
 
 
@@ -38,12 +37,15 @@ class Stage:
         )  # fmt: skip
         self.bus.publish(keys.state(agent), encode(report))
 
-    def seen(self, agent, cells, t_us):
-        belief = RULE.empty(self.judge.mission.grid, np.full((10, 10), 0.5))
+    def seen(self, agent, cells, t_us, detected=False):
+        rule = MERGE_RULES[self.judge.mission.belief.merge]
+        belief = rule.empty(self.judge.mission.grid, np.full((10, 10), 0.5))
         for cell in cells:
-            belief = RULE.observe(belief, cell, False, SensorModel(), t_us=t_us, agent=agent)
-        data = RULE.records(belief, np.flatnonzero(belief.seen.reshape(-1))).tobytes()
-        frame = Frame(DELTA, agent, 1, t_us, (0.0, 0.0, 40.0), (0.0, 0.0, 0.0), b"", 1, data)
+            belief = rule.observe(belief, cell, detected, SensorModel(), t_us=t_us, agent=agent)
+        data = rule.records(belief, np.flatnonzero(belief.seen.reshape(-1))).tobytes()
+        frame = Frame(
+            DELTA, agent, 1, t_us, (0.0, 0.0, 40.0), (0.0, 0.0, 0.0), b"", rule.code, data
+        )
         self.bus.publish(keys.air((0, 0), agent), encode_frame(frame))
 
     def second(self, number):
@@ -146,3 +148,19 @@ def test_garbage_on_the_bus_is_counted_and_dropped():
         stage.bus.publish(key, b"\x00garbage")
     stage.second(1)
     assert sum(stage.judge.rejects.values()) == 3
+
+
+@pytest.mark.parametrize("merge", MERGE_RULES)
+def test_the_union_is_what_anybody_saw_whatever_the_rule(merge):
+    stage = Stage(belief={"merge": merge})
+    stage.seen(1, [(0, 0), (1, 1)], SECOND, detected=True)
+    stage.seen(2, [(1, 1), (2, 2)], 2 * SECOND, detected=True)
+    stage.second(3)
+    union = stage.judge.union
+    assert stage.judge.seen_share == pytest.approx(0.03)
+    one_look, two_looks = union.probability[0, 0], union.probability[1, 1]
+    assert union.probability[2, 2] == one_look > 0.5
+    if merge in ("sensed-data", "counts"):
+        assert two_looks > one_look
+    else:
+        assert two_looks == one_look  # the newest value, whoever holds others
