@@ -24,8 +24,11 @@ base:
 	@cmp -s pyproject.toml $(VENV)/dev.stamp || $(MAKE) --no-print-directory base-alone
 base-alone:
 	$(call install,.,base)
+# MAVProxy is a client in tests, run as a process of its own; without --no-deps it brings 1 GB.
 dev:
 	$(call install,.[dev],dev)
+	@$(BIN)/python -c 'import MAVProxy' 2>/dev/null || \
+		$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps 'MAVProxy>=1.8.75'
 
 demo: base ## fly the built-in example mission
 	$(BIN)/uavbridge launch
