@@ -1,7 +1,9 @@
 """The simulator and MAVProxy: run where ``mavproxy.py`` is installed, skipped elsewhere."""
 
+import os
 import shutil
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -9,7 +11,7 @@ import pytest
 
 from tests.integration.simulator import simulator
 
-MAVPROXY = shutil.which("mavproxy.py")
+MAVPROXY = shutil.which("mavproxy.py", path=f"{Path(sys.executable).parent}:{os.environ['PATH']}")
 pytestmark = [
     pytest.mark.integration,
     pytest.mark.skipif(MAVPROXY is None, reason="mavproxy.py is not installed"),
