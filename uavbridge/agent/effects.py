@@ -6,21 +6,12 @@ Only a runner carries effects out.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 from typing import TypeAlias
 
 from planners.types import Reading
+from uavbridge.agent.orders import Ack, Order
 from uavbridge.bus.wire import Beacon, Frame
 from uavbridge.vehicle.api import Command, VehicleEvent, VehicleState
-
-
-class Order(Enum):
-    """What people or the mission's judge may tell an agent, on ``cmd/``."""
-
-    RETURN = "rtl"
-    LAND = "land"
-    HOLD = "hold"
-    RESUME = "resume"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,4 +57,11 @@ class Tell:
     failure: bool = False
 
 
-Effect: TypeAlias = Do | Publish | Shine | Tell
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What became of an order."""
+
+    ack: Ack
+
+
+Effect: TypeAlias = Do | Publish | Shine | Tell | Answer

@@ -13,9 +13,10 @@ from math import hypot
 import numpy as np
 
 from planners.types import Setpoint
-from uavbridge.agent.effects import Do, Effect, Inputs, Order, Tell
+from uavbridge.agent.effects import Answer, Do, Effect, Inputs, Tell
 from uavbridge.agent.guidance import climb_to, towards, wanted
-from uavbridge.agent.phases import ENDED, FOLLOWING, RETURNING, Phase, check
+from uavbridge.agent.orders import Ack, Order, Verb
+from uavbridge.agent.phases import ENDED, FOLLOWING, ORDERS, Phase, check
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.clock import to_s
 from uavbridge.safety.filter import Traffic, Vector, constrain
@@ -24,6 +25,7 @@ from uavbridge.vehicle.api import (
     Command,
     Done,
     Follow,
+    HoldPosition,
     LandHere,
     Mode,
     Refused,
@@ -43,6 +45,12 @@ STALL_MEMORY_S = 10.0
 WARNING = 4  # MAV_SEVERITY; texts less severe stay with the vehicle
 STILL: Vector = (0.0, 0.0, 0.0)
 NEVER_US = -(1 << 60)
+BY_VEHICLE = frozenset({Verb.HOLD, Verb.TAKEOVER, Verb.LAND, Verb.ABORT})
+ASKED_BY: dict[type, frozenset[Verb]] = {
+    HoldPosition: frozenset({Verb.HOLD}),
+    Follow: frozenset({Verb.TAKEOVER}),
+    LandHere: frozenset({Verb.LAND, Verb.ABORT}),
+}
 FAILSAFES = frozenset({Mode.HOLD, Mode.RETURN, Mode.LAND})
 
 
@@ -60,6 +68,10 @@ class Flight:
         self._asked_us = NEVER_US  # newest command, repeated after RETRY_S
         self._strange_us: int | None = None
         self._stalled_us = NEVER_US
+        self._post: Vector = plan.start  # where to stand still on order
+        self._handing = False  # the vehicle is being left to its autopilot's hold
+        self._taking = False  # and being taken back
+        self._owed: Order | None = None  # its answer waits for the vehicle's
         self._last: Vector | None = None
         self._refusal = ""
         self._effects: list[Effect] = []
@@ -86,7 +98,7 @@ class Flight:
             for order in inputs.orders:
                 self._obey(order, inputs.state, inputs.t_us)
             if to_s(inputs.t_us) >= self.plan.duration_s:
-                self._obey(Order.RETURN, inputs.state, inputs.t_us)
+                self._obey(Order(Verb.RETURN), inputs.state, inputs.t_us)
             self._fly(inputs.state, inputs.t_us, setpoint, traffic)
         return self._effects
 
@@ -108,13 +120,19 @@ class Flight:
                 self._arming_refused(reason)
             case Refused(command, reason):
                 self._tell(f"{type(command).__name__} refused: {reason}")
+                self._settle(ASKED_BY.get(type(command), frozenset()), reason, inputs.t_us)
             case Done(Arm()) if self.phase is Phase.ARM:
                 self.home = _vector(inputs.state)
                 self._enter(Phase.TAKEOFF, inputs.t_us)
             case Done(Follow()) if self.phase is Phase.TAKEOFF:
                 self._enter(Phase.CLIMB, inputs.t_us)
-            case _:
-                pass
+            case Done(Follow()) if self.phase is Phase.YIELDED and self._taking:
+                self._taking = False
+                self.failure = ""
+                self._enter(Phase.SEARCH, inputs.t_us)
+                self._settle(ASKED_BY[Follow], "", inputs.t_us)
+            case Done(command):
+                self._settle(ASKED_BY.get(type(command), frozenset()), "", inputs.t_us)
 
     def _arming_refused(self, reason: str) -> None:
         if reason != self._refusal:
@@ -155,22 +173,52 @@ class Flight:
             self._fail(f"{missing} in {waited_s:.0f} s ({self.plan.endpoint})", t_us)
 
     def _obey(self, order: Order, state: VehicleState, t_us: int) -> None:
-        phase = self.phase
-        if phase in (Phase.CONNECT, Phase.ARM):
-            if order in (Order.RETURN, Order.LAND):
-                ready = phase is Phase.ARM and not self._refusal
-                if ready:
-                    self._enter(Phase.DONE, t_us)
-                else:
-                    self._give_up(state, t_us)
-        elif order is Order.LAND and phase in FOLLOWING | {Phase.TAKEOFF}:
-            self._enter(Phase.LAND, t_us)
-        elif order is Order.RETURN and phase in FOLLOWING - RETURNING:
-            self._enter(Phase.RISE, t_us)
-        elif order is Order.HOLD and phase in (Phase.CLIMB, Phase.SEARCH):
-            self._enter(Phase.PAUSE, t_us)
-        elif order is Order.RESUME and phase is Phase.PAUSE:
-            self._enter(Phase.SEARCH, t_us)
+        if self.phase in (Phase.CONNECT, Phase.ARM):
+            refusal = self._obey_on_the_ground(order, state, t_us)
+        else:
+            refusal = self._obey_in_flight(order, state, t_us)
+        if refusal:
+            self._answer(order, refusal, t_us)
+        elif order.verb in BY_VEHICLE:
+            self._owed = order  # the answer comes with the vehicle's
+        else:
+            self._answer(order, "", t_us)
+
+    def _obey_on_the_ground(self, order: Order, state: VehicleState, t_us: int) -> str:
+        if order.verb not in (Verb.RETURN, Verb.LAND, Verb.ABORT):
+            return f"not in phase {self.phase.value}"
+        if self.phase is Phase.ARM and not self._refusal:
+            self._enter(Phase.DONE, t_us)
+        else:
+            self._give_up(state, t_us)
+        return ""
+
+    def _obey_in_flight(self, order: Order, state: VehicleState, t_us: int) -> str:
+        """Why the order can not be followed now; nothing when it is."""
+        phases, after = ORDERS[order.verb]
+        if self.phase not in phases:
+            return f"not in phase {self.phase.value}"
+        if order.verb is Verb.TAKEOVER:
+            self._taking = True
+            return ""
+        if order.verb in (Verb.PAUSE, Verb.GOTO):
+            x, y, z = order.position or _vector(state)
+            self._post = (x, y, z if z == z else _vector(state)[2])
+        self._handing = order.verb is Verb.HOLD
+        if self.phase is not after:
+            self._enter(after, t_us)
+        return ""
+
+    def _answer(self, order: Order, refusal: str, t_us: int) -> None:
+        if order.id:
+            ack = Ack(order.id, self.plan.agent, order.verb.value, not refusal, refusal, t_us)
+            self._effects.append(Answer(ack))
+
+    def _settle(self, verbs: frozenset[Verb], refusal: str, t_us: int) -> None:
+        """The vehicle has done, or refused, what an order asked of it."""
+        if self._owed is not None and self._owed.verb in verbs:
+            self._answer(self._owed, refusal, t_us)
+            self._owed = None
 
     # Flying
 
@@ -189,8 +237,7 @@ class Flight:
         elif self.phase is Phase.LAND:
             self._land(state, t_us)
         elif self.phase is Phase.YIELDED:
-            if not state.armed and not state.in_air:
-                self._enter(Phase.DONE, t_us)
+            self._leave_alone(state, t_us)
         elif self.phase in FOLLOWING:
             self._follow(state, t_us, setpoint, traffic)
 
@@ -206,6 +253,18 @@ class Flight:
             self._enter(Phase.DONE, t_us)
         elif state.mode is not Mode.LAND:
             self._ask(LandHere(), t_us)
+
+    def _leave_alone(self, state: VehicleState, t_us: int) -> None:
+        """The vehicle is not ours, but for what an order says."""
+        if not state.armed and not state.in_air:
+            self._enter(Phase.DONE, t_us)
+        elif self._handing:
+            self._handing = state.mode is not Mode.HOLD
+            if self._handing:
+                self._ask(HoldPosition(), t_us)
+        elif self._taking:
+            self._effects.append(Do(SetVelocity(np.zeros(3))))
+            self._ask(Follow(), t_us)
 
     def _follow(
         self, state: VehicleState, t_us: int, setpoint: Setpoint | None, traffic: list[Traffic]
@@ -244,7 +303,7 @@ class Flight:
             return 0.0, 0.0, climb_to(plan.return_height_m, position[2])
         if self.phase in (Phase.HOME, Phase.DESCEND):
             return self._homewards(position, t_us, traffic)
-        return STILL
+        return towards(self._post, position, plan.envelope.speed_m_s)
 
     def _homewards(self, position: Vector, t_us: int, traffic: list[Traffic]) -> Vector:
         plan = self.plan

@@ -1,12 +1,14 @@
 """The phases of an agent's mission, as a table.
 
-Rule 1: everything that says which phase may follow which is in this file.
+Rule 1: everything that says which phase may follow which, and by which order, is here.
 Rule 2: this file knows neither vehicles nor maps.
 """
 
 from __future__ import annotations
 
 from enum import Enum
+
+from uavbridge.agent.orders import Verb
 
 
 class Phase(Enum):
@@ -38,7 +40,7 @@ NEXT: dict[Phase, frozenset[Phase]] = {
     Phase.HOME: frozenset({Phase.DESCEND, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
     Phase.DESCEND: frozenset({Phase.LAND, Phase.YIELDED, Phase.FAILED}),
     Phase.LAND: frozenset({Phase.DONE, Phase.YIELDED, Phase.FAILED}),
-    Phase.YIELDED: frozenset({Phase.DONE, Phase.FAILED}),
+    Phase.YIELDED: frozenset({Phase.SEARCH, Phase.DONE, Phase.FAILED}),
     Phase.DONE: frozenset(),
     Phase.FAILED: frozenset(),
 }
@@ -48,6 +50,21 @@ FOLLOWING = frozenset(
 )
 RETURNING = frozenset({Phase.RISE, Phase.HOME, Phase.DESCEND, Phase.LAND})
 ENDED = frozenset({Phase.DONE, Phase.FAILED})
+
+_FLYING = FOLLOWING | {Phase.TAKEOFF}
+_ON_THE_WAY = FOLLOWING - RETURNING
+
+# In which phases an order is obeyed, and the phase it leads to.
+ORDERS: dict[Verb, tuple[frozenset[Phase], Phase]] = {
+    Verb.PAUSE: (frozenset({Phase.CLIMB, Phase.SEARCH}), Phase.PAUSE),
+    Verb.RESUME: (frozenset({Phase.PAUSE}), Phase.SEARCH),
+    Verb.GOTO: (frozenset({Phase.CLIMB, Phase.SEARCH, Phase.PAUSE}), Phase.PAUSE),
+    Verb.HOLD: (_FLYING, Phase.YIELDED),
+    Verb.TAKEOVER: (frozenset({Phase.YIELDED}), Phase.SEARCH),
+    Verb.RETURN: (_ON_THE_WAY, Phase.RISE),
+    Verb.LAND: (_FLYING, Phase.LAND),
+    Verb.ABORT: (_FLYING, Phase.LAND),
+}
 
 
 def check(before: Phase, after: Phase) -> Phase:

@@ -55,7 +55,7 @@ SPACES: dict[str, Space] = {
     # Orders from people and from the mission's judge.
     "cmd": Space("cmd/<agent | all>", "operators", "the agent", essential=True, urgent=True),
     # Reports for people; state/<agent>/map is the whole map: on request and now and then.
-    "state": Space("state/<agent>[/map]", "the agent", "people: monitor, recorder, launcher"),
+    "state": Space("state/<agent>[/map | /ack]", "the agent", "people: monitor, recorder, judge"),
     # Where the simulated vehicles truly are: for Radio alone.
     "world": Space(TRUTH, "the simulation", "the radio's decision, recorder"),
     # Liveliness tokens: people learn from them who died, agents do not.
@@ -119,6 +119,11 @@ def state(agent: int | str) -> str:
 def state_map(agent: int | str) -> str:
     """An agent's whole map for people: published now and then, answered on request."""
     return f"state/{agent}/map"
+
+
+def ack(agent: int | str) -> str:
+    """An agent's answers to orders."""
+    return f"state/{agent}/ack"
 
 
 def alive(agent: int | str) -> str:

@@ -11,11 +11,11 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import msgspec
-
 from planners.types import Reading
 from uavbridge.agent.agent import Agent
-from uavbridge.agent.effects import Do, Effect, Inputs, Order, Publish, Shine
+from uavbridge.agent.effects import Answer, Do, Effect, Inputs, Publish, Shine
+from uavbridge.agent.orders import Order, encode_ack
+from uavbridge.agent.orders import decode as decode_order
 from uavbridge.agent.phases import ENDED
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.agent.report import AgentReport, encode
@@ -193,6 +193,10 @@ class AgentHost:
                 self._recorder.write(f"air/{agent}", t_us, encode_frame(effect.frame))
         elif isinstance(effect, Shine):
             self._beacons.send(effect.beacon)
+        elif isinstance(effect, Answer):
+            ack = effect.ack
+            self._bus.publish(keys.ack(agent), encode_ack(ack))
+            self._event(t_us, agent, "order", f"{ack.verb}: {ack.reason or 'done'}")
         else:
             self._event(t_us, agent, "failure" if effect.failure else "said", effect.text)
 
@@ -265,19 +269,14 @@ class AgentHost:
         )
 
 
-def order_bytes(order: Order) -> bytes:
-    """An order as it travels on ``cmd/``."""
-    return msgspec.json.encode({"order": order.value})
-
-
 def _orders(messages: list[bytes], rejects: Counter[str]) -> tuple[Order, ...]:
     orders = []
     for data in messages:
         try:
-            orders.append(Order(msgspec.json.decode(data, type=dict[str, str]).get("order")))
-        except (msgspec.DecodeError, ValueError):
+            orders.append(decode_order(data))
+        except ValueError as fault:
             rejects["order"] += 1
-            _log.debug("malformed order dropped: %r", data[:80])
+            _log.debug("malformed order dropped: %s: %r", fault, data[:80])
     return tuple(orders)
 
 

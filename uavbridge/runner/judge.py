@@ -19,7 +19,9 @@ import numpy as np
 from planners.belief.merge import MERGE_RULES, BeliefMap, unpack
 from planners.belief.scores import coverage, entropy, uncertainty
 from planners.types import F64
-from uavbridge.agent.effects import Order
+from uavbridge.agent.orders import Order, Verb
+from uavbridge.agent.orders import decode as decode_order
+from uavbridge.agent.orders import encode as encode_order
 from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.agent.report import AgentReport, decode
 from uavbridge.bus import keys
@@ -29,7 +31,6 @@ from uavbridge.bus.wire import decode as decode_frame
 from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.config import Mission
 from uavbridge.runner import assemble
-from uavbridge.runner.host import order_bytes
 from uavbridge.runner.separation import SeparationWatch
 
 OVERTIME_S = 600.0  # for the way home after the time limit
@@ -38,6 +39,8 @@ SILENCE_S = 10.0  # an agent that reports no more for so long is lost
 _log = logging.getLogger(__name__)
 _ENDED = {phase.value for phase in ENDED}
 _FAILED = Phase.FAILED.value
+_GO_HOME = encode_order(Order(Verb.RETURN))
+_ENDS_ALL = frozenset({Verb.RETURN, Verb.LAND, Verb.ABORT})
 _BLIND = Phase.CONNECT.value  # its position is not known yet
 
 
@@ -102,6 +105,7 @@ class Judge:
         self._frames = bus.subscribe("air/**")
         self._states = bus.subscribe(keys.state("*"))
         self._truth = bus.subscribe(keys.TRUTH)
+        self._orders = bus.subscribe(keys.cmd())
         self._simulated = False
 
     @property
@@ -135,8 +139,20 @@ class Judge:
                 self.separation.add(truth.t_us, truth.position)
         for sample in self._states.drain():
             self._report(sample.data)
+        for sample in self._orders.drain():
+            self._overhear(sample.data)
         if t_us % SECOND_US == 0:
             self._second(t_us)
+
+    def _overhear(self, data: bytes) -> None:
+        """A person may end the mission with an order to all."""
+        try:
+            order = decode_order(data)
+        except ValueError:
+            self.rejects["order"] += 1
+            return
+        if order.verb in _ENDS_ALL and self.verdict is Verdict.FLYING:
+            self.verdict = Verdict.STOPPED
 
     def stop(self, t_us: int) -> None:
         """Call all home now, by a person's wish; further calls change nothing."""
@@ -170,7 +186,7 @@ class Judge:
             self._decide(t_us)
         elif not self.ended(t_us):
             # Said again every second: an order may be lost like anything else.
-            self._bus.publish(keys.cmd(), order_bytes(Order.RETURN))
+            self._bus.publish(keys.cmd(), _GO_HOME)
 
     def _decide(self, t_us: int) -> None:
         if self.goal_reached:
@@ -183,7 +199,7 @@ class Judge:
     def _call_home(self, verdict: Verdict, t_us: int) -> None:
         self.verdict = verdict
         _log.info("%.0f s: %s, all return", to_s(t_us), verdict.value)
-        self._bus.publish(keys.cmd(), order_bytes(Order.RETURN))
+        self._bus.publish(keys.cmd(), _GO_HOME)
 
     def _report(self, data: bytes) -> None:
         try:

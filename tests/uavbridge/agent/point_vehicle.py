@@ -9,6 +9,7 @@ from uavbridge.vehicle.api import (
     Arm,
     Done,
     Follow,
+    HoldPosition,
     LandHere,
     Mode,
     Refused,
@@ -48,6 +49,7 @@ class PointVehicle:
             Arm: {"armed": True},
             TakeOff: {"mode": Mode.TAKEOFF},
             Follow: {"mode": Mode.OFFBOARD},
+            HoldPosition: {"mode": Mode.HOLD},
             LandHere: {"mode": Mode.LAND},
         }[type(command)]
         if isinstance(command, TakeOff):

@@ -12,7 +12,8 @@ from planners.grid import Grid
 from planners.types import FlyVelocity, Goal, GoTo, Reading, Scenario
 from tests.uavbridge.agent.point_vehicle import PointVehicle
 from uavbridge.agent.agent import Agent
-from uavbridge.agent.effects import Do, Inputs, Order, Publish, Tell
+from uavbridge.agent.effects import Answer, Do, Inputs, Publish, Tell
+from uavbridge.agent.orders import Order, Verb
 from uavbridge.agent.phases import NEXT, Phase, check
 from uavbridge.agent.plan import AgentPlan, return_heights
 from uavbridge.bus.wire import Beacon
@@ -67,6 +68,7 @@ class Run:
         self.phases = [Phase.CONNECT]
         self.told = []
         self.frames = []
+        self.acks = []
 
     def step(self, **more):
         events = self.vehicle.advance(self.t_us)
@@ -78,6 +80,8 @@ class Run:
                 self.told.append(effect)
             elif isinstance(effect, Publish):
                 self.frames.append(effect.frame)
+            elif isinstance(effect, Answer):
+                self.acks.append(effect.ack)
         if self.agent.phase is not self.phases[-1]:
             self.phases.append(self.agent.phase)
         self.t_us += STEP_US
@@ -97,7 +101,7 @@ def test_a_mission_from_the_ground_to_the_ground():
     for _ in range(1000):
         run.step()
     assert np.linalg.norm(run.vehicle.state.position - (500, 500, 40)) < 2.0
-    run.step(orders=(Order.RETURN,))
+    run.step(orders=(Order(Verb.RETURN),))
     run.until(Phase.DONE, 400)
     assert run.phases == [
         Phase.CONNECT,
@@ -231,9 +235,9 @@ def test_whatever_a_planner_does_its_vehicle_comes_home(fault, words):
     assert np.hypot(*(run.vehicle.state.position[:2] - 100)) < 2.5
 
 
-def test_hold_and_resume_and_land():
+def test_pause_and_resume_and_land():
     run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))))).until(Phase.SEARCH)
-    run.step(orders=(Order.HOLD,))
+    run.step(orders=(Order(Verb.PAUSE),))
     assert run.agent.phase is Phase.PAUSE
     for _ in range(80):
         run.step()
@@ -241,16 +245,59 @@ def test_hold_and_resume_and_land():
     for _ in range(50):
         run.step()
     assert np.linalg.norm(run.vehicle.state.position - here) < 0.5
-    run.step(orders=(Order.RESUME,))
+    run.step(orders=(Order(Verb.RESUME),))
     assert run.agent.phase is Phase.SEARCH
-    run.step(orders=(Order.LAND,))
+    run.step(orders=(Order(Verb.LAND),))
     run.until(Phase.DONE)
     assert any(isinstance(command, LandHere) for command in run.vehicle.commands)
 
 
+def answered(run, verb, seconds=10, **more):
+    """Give an order and wait for its answer."""
+    run.acks.clear()
+    run.step(orders=(Order(verb, "me", **more),))
+    for _ in range(seconds * 10):
+        if run.acks:
+            break
+        run.step()
+    (ack,) = run.acks
+    assert (ack.id, ack.agent, ack.verb) == ("me", 1, verb.value)
+    return ack
+
+
+def test_orders_are_answered_with_what_became_of_them():
+    run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))))).until(Phase.SEARCH)
+    ack = answered(run, Verb.RESUME)
+    assert (ack.ok, ack.reason) == (False, "not in phase search")
+    assert answered(run, Verb.GOTO, position=(300.0, 200.0, float("nan"))).ok
+    for _ in range(500):
+        run.step()
+    assert np.linalg.norm(run.vehicle.state.position - (300, 200, 40)) < 2.0
+    assert answered(run, Verb.RESUME).ok
+    assert answered(run, Verb.HOLD).ok
+    assert run.vehicle.state.mode is Mode.HOLD
+    for _ in range(50):
+        run.step()
+    assert run.agent.phase is Phase.YIELDED
+    assert run.agent.flight.failure == ""
+    assert not answered(run, Verb.RETURN).ok
+    assert answered(run, Verb.TAKEOVER).ok
+    assert run.agent.phase is Phase.SEARCH
+    assert run.vehicle.state.mode is Mode.OFFBOARD
+    assert answered(run, Verb.ABORT).ok
+    run.until(Phase.DONE)
+
+
+def test_an_order_without_an_id_wants_no_answer():
+    run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))))).until(Phase.SEARCH)
+    run.step(orders=(Order(Verb.PAUSE),))
+    assert run.agent.phase is Phase.PAUSE
+    assert run.acks == []
+
+
 def test_nobody_descends_on_somebody_below():
     run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))))).until(Phase.SEARCH)
-    run.step(orders=(Order.RETURN,))
+    run.step(orders=(Order(Verb.RETURN),))
     run.until(Phase.HOME)
     for _ in range(400):
         below = Beacon(2, run.t_us, (101.0, 100.0, 12.0), (0.0, 0.0, 0.0))
