@@ -80,6 +80,11 @@ def wall_s() -> float:
     return time.monotonic()
 
 
+def pause(duration_s: float) -> None:
+    """Let wall time pass."""
+    time.sleep(duration_s)
+
+
 def wall_date() -> datetime:
     """Today's UTC date and time, for names of folders and reports."""
     return datetime.now(UTC)

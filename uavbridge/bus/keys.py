@@ -19,6 +19,7 @@ TilePattern: TypeAlias = tuple[int | str, int | str]  # with "*" for any
 
 TRUTH = "world/truth"
 EVERYONE = "all"
+ALL_ALIVE = "uavbridge/*/alive/*"  # of every mission, so not relative to one
 
 
 @dataclass(frozen=True, slots=True)

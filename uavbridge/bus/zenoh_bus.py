@@ -220,6 +220,16 @@ class ZenohBus:
             raise self._closed(fault) from None
         self._kept.append(token)
 
+    def missions(self) -> dict[str, list[int]]:
+        """All missions of the router, by name, with the ids of their agents, ascending."""
+        found: dict[str, list[int]] = {}
+        replies = self._session.liveliness().get(keys.ALL_ALIVE)
+        for key in sorted(str(reply.ok.key_expr) for reply in replies if reply.ok is not None):
+            _, mission, _, agent = key.split("/")
+            if agent.isdigit():
+                found.setdefault(mission, []).append(int(agent))
+        return {mission: sorted(agents) for mission, agents in found.items()}
+
     def close(self) -> None:
         self._session.close()  # type: ignore[no-untyped-call]
 
@@ -246,6 +256,16 @@ class ZenohBus:
 
     def _closed(self, fault: zenoh.ZError) -> BusError:
         return BusError(f"zenoh session with {self.endpoint}: {_short(fault)}")
+
+
+def find_missions(endpoint: str, *, wait_s: float = 0.0) -> dict[str, list[int]]:
+    """The missions that a router knows, by name, each with the ids of its agents.
+
+    Raises:
+        BusError: no router answers at the endpoint.
+    """
+    with ZenohBus(endpoint, "any", wait_s=wait_s) as bus:
+        return bus.missions()
 
 
 class Router:

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem, get_completion_class
 
+from uavbridge.cli.command import command
 from uavbridge.cli.experiments import experiment
 from uavbridge.cli.group import Group, echo_json, set_up_logging
 
@@ -120,6 +121,7 @@ def planners(as_json: bool) -> None:
         listing.show(found)
 
 
+main.add_command(command)
 main.add_command(experiment)
 
 
