@@ -33,9 +33,9 @@ def flying(tmp_path):
         while "search" not in (line := process.stdout.readline()) and time.monotonic() < until:
             pass
         yield router, process
-        process.terminate()
-        process.stdout.read()
-        process.wait(60)
+        if process.poll() is None:
+            process.terminate()
+            process.communicate(timeout=60)
 
 
 def command(router, *arguments):
@@ -72,8 +72,13 @@ def test_orders_are_obeyed_or_refused_with_a_reason(flying):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "word"), [(("goto",), "--to"), (("pause", "--to", "1,2"), "--to"), (("goto", "--to", "north"), "north")]
-)  # fmt: skip
+    ("arguments", "word"),
+    [
+        (("goto",), "--to"),
+        (("pause", "--to", "1,2"), "--to"),
+        (("goto", "--to", "north"), "north"),
+    ],
+)
 def test_bad_orders_are_exit_status_2(arguments, word):
     status, message = command("tcp/127.0.0.1:1", *arguments)
     assert status == 2
