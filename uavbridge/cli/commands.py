@@ -11,6 +11,7 @@ from click.shell_completion import CompletionItem, get_completion_class
 from uavbridge.cli.command import command
 from uavbridge.cli.experiments import experiment
 from uavbridge.cli.group import Group, echo_json, set_up_logging
+from uavbridge.cli.monitor import monitor
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -121,6 +122,7 @@ def planners(as_json: bool) -> None:
         listing.show(found)
 
 
+main.add_command(monitor)
 main.add_command(command)
 main.add_command(experiment)
 

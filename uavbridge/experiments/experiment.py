@@ -79,6 +79,7 @@ class Experiment:
         axis: of the metrics that are curves.
         medians: metrics that the paper shows as boxplots.
         derive: further rows from the samples, for what is no mean over runs.
+        remarks: what the rows show, in a line each; printed below the table.
         plot: draws on an empty figure.
     """
 
@@ -97,6 +98,7 @@ class Experiment:
     axis: Axis | None = None
     medians: tuple[str, ...] = ()
     derive: Callable[[Outcome], Sequence[Row]] | None = None
+    remarks: Callable[[Outcome], Sequence[str]] | None = None
     plot: Callable[[Figure, Outcome], None] | None = None
 
     @property

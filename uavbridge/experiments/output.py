@@ -7,6 +7,7 @@ import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 from rich.console import Console
@@ -16,6 +17,7 @@ from uavbridge.experiments import printed
 from uavbridge.experiments.experiment import Outcome
 from uavbridge.experiments.rows import Row
 
+_NUMBERS = 4  # last columns of the table: paper, ours, spread, n
 _FIGURES = ("paper", "mean", "se", "median", "q25", "q75", "n")
 
 
@@ -42,12 +44,17 @@ def show(outcome: Outcome, console: Console) -> None:
     """The table on a console."""
     header, lines = _table(outcome)
     table = Table(box=None, padding=(0, 1), header_style="bold", title=_title(outcome))
+    keys = len(header) - _NUMBERS - 1
     for place, name in enumerate(header):
-        table.add_column(name, justify="left" if place < len(header) - 4 else "right")
+        side: Literal["left", "right"] = "left" if place <= keys else "right"
+        table.add_column(name, justify=side, no_wrap=True)
+    before: list[str] = []
     for line in lines:
-        table.add_row(*line)
+        again = line[:keys] == before
+        table.add_row(*([""] * keys if again else line[:keys]), *line[keys:])
+        before = line[:keys]
     console.print(table)
-    for remark in printed.load(outcome.experiment.printed).remarks:
+    for remark in _remarks(outcome):
         console.print(f"* {remark}", highlight=False, markup=False)
 
 
@@ -76,7 +83,7 @@ def as_markdown(outcome: Outcome, command: str) -> str:
         f"    {command}",
     ]
     text.append("\n".join([_line(header), _line(["---"] * len(header)), *map(_line, lines)]))
-    remarks = printed.load(experiment.printed).remarks
+    remarks = _remarks(outcome)
     if remarks:
         text.append("\n".join(f"- {remark}" for remark in remarks))
     if experiment.plot is not None:
@@ -91,6 +98,12 @@ def number(value: float | None) -> str:
     if value == round(value) and abs(value) < 1e6:
         return f"{value:.0f}"
     return f"{value:.4g}" if abs(value) < 10 else f"{value:.2f}"
+
+
+def _remarks(outcome: Outcome) -> list[str]:
+    experiment = outcome.experiment
+    own = () if experiment.remarks is None else experiment.remarks(outcome)
+    return [*own, *printed.load(experiment.printed).remarks]
 
 
 def _title(outcome: Outcome) -> str:

@@ -9,7 +9,14 @@ from uavbridge.errors import ConfigError
 from uavbridge.experiments.experiment import Experiment
 
 # name: module under uavbridge.experiments that holds EXPERIMENT
-MODULES: Mapping[str, str] = {}
+MODULES: Mapping[str, str] = {
+    "liu-table2": "liu.table2",
+    "liu-coverage": "liu.coverage",
+    "liu-targets": "liu.targets",
+    "liu-prior": "liu.prior",
+    "liu-statistics": "liu.statistics",
+    "liu-maps": "liu.maps",
+}
 
 
 def find(name: str) -> Experiment:

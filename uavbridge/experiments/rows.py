@@ -49,7 +49,10 @@ class Row:
 
 
 def of_samples(case: Case, samples: Samples, printed: Printed, axis: Axis | None) -> Iterator[Row]:
-    """Rows of one case; of a curve, one a point, with the axis among the case's keys."""
+    """Rows of one case; of a curve, one a point, with the axis among the case's keys.
+
+    A curve's metric may end in "@" and the axis' name, to stand beside a number of that name.
+    """
     for metric, values in samples.items():
         if values.ndim == 1:
             yield of_values(case, metric, values, printed)
@@ -57,7 +60,8 @@ def of_samples(case: Case, samples: Samples, printed: Printed, axis: Axis | None
         if axis is None or values.shape[1] != len(axis.values):
             raise ValueError(f"metric {metric}: the experiment has no axis of its length")
         for place, value in enumerate(axis.values):
-            yield of_values({**case, axis.name: value}, metric, values[:, place], printed)
+            name = metric.removesuffix(f"@{axis.name}")
+            yield of_values({**case, axis.name: value}, name, values[:, place], printed)
 
 
 def of_values(case: Case, metric: str, values: F64, printed: Printed) -> Row:
@@ -68,7 +72,8 @@ def of_values(case: Case, metric: str, values: F64, printed: Printed) -> Row:
     if not n:
         return make(case, metric, printed, None, None, 0)
     q25, median, q75 = (float(part) for part in np.quantile(known, (0.25, 0.5, 0.75)))
-    se = float(known.std(ddof=1) / np.sqrt(n)) if n > 1 else None
+    alike = bool((known == known[0]).all())  # rounding would leave a deviation of 1e-15
+    se = None if n == 1 else 0.0 if alike else float(known.std(ddof=1) / np.sqrt(n))
     return make(case, metric, printed, float(known.mean()), se, n, (median, q25, q75))
 
 

@@ -7,7 +7,7 @@ planners would draw them.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
@@ -261,7 +261,7 @@ def _mower(params: LiuParams) -> Method:
     return MowerMethod(scenario(params, places), own)
 
 
-_METHODS: Mapping[str, Any] = {
+_METHODS: Mapping[str, Callable[[LiuParams], Method]] = {
     "random": _random,
     "mower": _mower,
     "boids": _boids,

@@ -137,7 +137,7 @@ def search(
     columns = [target[0] for target in targets]
     rows = [target[1] for target in targets]
     for cycle in range(points):
-        if cycle:
+        if cycle and world.running.any():
             world.step()
         visited[:, cycle] = world.seen.sum(axis=(-2, -1))
         uncertainty[:, cycle] = scores.uncertainty(world.belief)

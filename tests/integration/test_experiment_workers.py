@@ -1,0 +1,64 @@
+"""Experiments over processes and over a Dask cluster: the same numbers."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from uavbridge.clock import pause
+from uavbridge.experiments import output, registry, runner, spread
+
+pytestmark = pytest.mark.integration
+
+
+def numbers(who):
+    experiment = registry.find("liu-table2")
+    values = {"methods": "mower,esustpm", "cycles": 10}
+    return output.as_json(runner.run(experiment, who, runs=120, values=values).rows)
+
+
+def test_the_same_numbers_with_one_and_two_workers():
+    assert numbers(spread.choose(1)) == numbers(spread.choose(2))
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
+def test_the_same_numbers_on_a_dask_cluster():
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        address = cluster.scheduler_address
+        assert numbers(spread.choose(1, dask=address)) == numbers(spread.Here())
+
+
+def wait_for_workers(pid, count):
+    """Until the process has at least ``count`` children."""
+    for _ in range(600):
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+        if len(children) >= count:
+            return
+        pause(0.05)
+    raise AssertionError("no workers")
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are read from /proc")
+def test_an_interrupt_ends_all_processes():
+    arguments = ("experiment", "liu-table2", "--runs", "5000", "--workers", "2")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "uavbridge", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    wait_for_workers(process.pid, 2)
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode != 0
+    assert "Traceback" not in err
+    assert out == ""
+    with pytest.raises(ProcessLookupError):  # nobody of the group is left
+        os.killpg(process.pid, 0)
