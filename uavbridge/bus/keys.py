@@ -18,6 +18,7 @@ Tile: TypeAlias = tuple[int, int]
 TilePattern: TypeAlias = tuple[int | str, int | str]  # with "*" for any
 
 TRUTH = "world/truth"
+MISSION = "world/mission"
 EVERYONE = "all"
 ALL_ALIVE = "uavbridge/*/alive/*"  # of every mission, so not relative to one
 
@@ -58,7 +59,12 @@ SPACES: dict[str, Space] = {
     # Reports for people; state/<agent>/map is the whole map: on request and now and then.
     "state": Space("state/<agent>[/map | /ack]", "the agent", "people: monitor, recorder, judge"),
     # Where the simulated vehicles truly are: for Radio alone.
-    "world": Space(TRUTH, "the simulation", "the radio's decision, recorder"),
+    # Beside them the mission as it is flown, targets and all: for people.
+    "world": Space(
+        "world/truth, world/mission",
+        "the simulation, the launcher",
+        "the radio's decision, recorder, people",
+    ),
     # Liveliness tokens: people learn from them who died, agents do not.
     "alive": Space("alive/<agent>", "the agent's session", "people"),
 }
@@ -125,6 +131,11 @@ def state_map(agent: int | str) -> str:
 def ack(agent: int | str) -> str:
     """An agent's answers to orders."""
     return f"state/{agent}/ack"
+
+
+def event(agent: int | str) -> str:
+    """What happened to an agent, in words for people."""
+    return f"state/{agent}/event"
 
 
 def alive(agent: int | str) -> str:

@@ -35,6 +35,7 @@ from uavbridge.recording.topics import (
     known,
     pack_heard,
 )
+from uavbridge.recording.topics import encode as encode_record
 from uavbridge.report.result import Event
 from uavbridge.vehicle.api import SetVelocity, Vehicle, VehicleState
 
@@ -204,8 +205,10 @@ class AgentHost:
         level = logging.WARNING if kind == "failure" else logging.INFO
         _log.log(level, "agent %d: %s", agent, text)
         self.events.append(Event(to_s(t_us), text, agent))
+        record = encode_record(EventRecord(kind, text, agent))
+        self._bus.publish(keys.event(agent), record)
         if self._recorder:
-            self._recorder.record("event", t_us, EventRecord(kind, text, agent))
+            self._recorder.write("event", t_us, record)
 
     def _report(self, seat: Seat, state: VehicleState, t_us: int) -> None:
         """What people are told of one agent, once a second."""

@@ -29,11 +29,14 @@ from uavbridge.bus.api import Bus
 from uavbridge.bus.messages import decode_truth
 from uavbridge.bus.wire import decode as decode_frame
 from uavbridge.clock import SECOND_US, to_s, to_us
-from uavbridge.config import Mission
+from uavbridge.config import Mission, to_toml
+from uavbridge.recording.topics import MissionRecord
+from uavbridge.recording.topics import encode as encode_record
 from uavbridge.runner import assemble
 from uavbridge.runner.separation import SeparationWatch
 
 OVERTIME_S = 600.0  # for the way home after the time limit
+TOLD_S = 10.0  # between two tellings of what is flown, for monitors
 SILENCE_S = 10.0  # an agent that reports no more for so long is lost
 
 _log = logging.getLogger(__name__)
@@ -107,6 +110,10 @@ class Judge:
         self._truth = bus.subscribe(keys.TRUTH)
         self._orders = bus.subscribe(keys.cmd())
         self._simulated = False
+        self._record = encode_record(
+            MissionRecord(to_toml(mission), mission.seed, mission.clock)
+        )
+        bus.serve(keys.MISSION, lambda _key: self._record)
 
     @property
     def found(self) -> int:
@@ -160,6 +167,8 @@ class Judge:
             self._call_home(Verdict.STOPPED, t_us)
 
     def _second(self, t_us: int) -> None:
+        if t_us % to_us(TOLD_S) == 0:
+            self._bus.publish(keys.MISSION, self._record)
         for sample in self._frames.drain():
             frame = decode_frame(sample.data, self.rejects)
             if frame is None or frame.rule != self._rule.code:

@@ -1,0 +1,68 @@
+"""What an onlooker makes of a mission: the same as its judge, and the same as each agent."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planners.registry import BUILTIN
+from uavbridge.config import load
+from uavbridge.monitor.watch import MissionWatch
+from uavbridge.recording.recorder import Recorder
+from uavbridge.runner import stepped
+from uavbridge.runner.assemble import planner_of
+
+JOIN_US = 25_000_000
+
+
+def _fly(tmp_path, watches, **changes):
+    """A short stepped mission with watches: {name: join time}; the flown, the watches."""
+    mission = load(None, {"vehicles": 3, "duration": 40.0, "clock": "stepped", **changes})
+    made = {}
+
+    def progress(t_us, judge, host):
+        for name, join_us in watches.items():
+            if t_us >= join_us and name not in made:
+                made[name] = MissionWatch(judge._bus._hub.bus())
+            if name in made:
+                made[name].poll()
+
+    with Recorder(tmp_path, mission_name="m", epoch_ns=0, mcap=False) as recorder:
+        flown = stepped.fly_stepped(
+            mission,
+            planner_of(mission, BUILTIN["esustpm"]),
+            recorder=recorder,
+            progress=progress,
+            stop=lambda: False,
+        )
+    return flown, made
+
+
+@pytest.mark.parametrize("rule", ["belief-update", "counts"])
+def test_a_watch_knows_what_the_judge_and_the_agents_know(tmp_path, rule):
+    watches = {"first": 0, "late": JOIN_US}
+    flown, made = _fly(tmp_path, watches, **{"belief.merge": rule, "radio.range_m": 120.0})
+    judge = flown.judge
+    for name, watch in made.items():
+        probability, seen = watch.merged()
+        np.testing.assert_array_equal(seen, judge.union.seen, err_msg=name)
+        np.testing.assert_allclose(probability, judge.union.probability, atol=1e-6)
+        assert {c: (d.t_us, d.by) for c, d in watch.declared.items()} == {
+            c: (d.t_us, d.by) for c, d in judge.declared.items()
+        }
+        assert watch.found == judge.found
+        assert watch.facts.targets == judge.mission.targets
+        assert watch.rejects == {}
+        for seat in flown.host.seats:
+            agent = watch.agents[seat.agent.plan.agent]
+            shown = agent.map
+            belief = seat.agent.mapping.belief
+            np.testing.assert_array_equal(shown.seen, belief.seen)
+            np.testing.assert_allclose(shown.probability, belief.probability, atol=1e-6)
+            assert agent.report.phase == seat.agent.phase.value
+            assert agent.alive
+    early = made["first"]
+    assert early.separation.closest == judge.separation.closest
+    assert [p.coverage for p in early.series[1:-1]] == pytest.approx(
+        [s.coverage for s in judge.samples[1:-1]][: len(early.series) - 2], abs=0.05
+    )

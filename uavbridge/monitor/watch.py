@@ -1,0 +1,447 @@
+"""A mission as an onlooker on its bus sees it, flown here, elsewhere, or recorded.
+
+Rule 1: it only listens; what it asks for at the start, it asks once.
+Rule 2: whatever comes may be wrong: what does not read is counted and left out.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections import Counter, deque
+from dataclasses import dataclass, field
+from math import isfinite, nan
+
+import msgspec
+import numpy as np
+
+from planners.belief.merge import SensorModel
+from planners.belief.scores import entropy, uncertainty
+from planners.grid import Grid
+from planners.types import F64, Bools
+from uavbridge.agent.phases import ENDED
+from uavbridge.agent.report import AgentReport
+from uavbridge.agent.report import decode as decode_report
+from uavbridge.bus import keys
+from uavbridge.bus.api import Bus, Sample
+from uavbridge.bus.messages import FullMap, decode_map, decode_truth
+from uavbridge.bus.wire import POSITION_LIMIT_M, Frame, Vector, decode, decode_beacon
+from uavbridge.clock import SECOND_US, to_s
+from uavbridge.config import Mission
+from uavbridge.config.convert import convert
+from uavbridge.config.field_error import FieldError
+from uavbridge.monitor.shown import AgentMap, UnionMap, readable
+from uavbridge.radio.radio import Radio
+from uavbridge.recording.topics import EventRecord, MissionRecord
+from uavbridge.runner.separation import SeparationWatch
+
+RECENT_S = 3.0  # a sender that was silent for longer is heard by nobody
+LEAP_US = 86_400 * SECOND_US  # no mission lasts longer, so no honest clock is so far ahead
+EVENTS_KEPT = 10_000
+SAME_ORDER_S = 5.0  # the judge repeats its orders every second; that is one event
+_ENDED = {phase.value for phase in ENDED}
+_BLIND = "connect"  # the phase in which a position is not known yet
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """Something that people should know of."""
+
+    t_us: int
+    agent: int | None
+    kind: str  # "phase", "declared", "failure", "order", "link", or what was told
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """The mission in numbers at one second; NaN where a number is not known."""
+
+    t_us: int
+    coverage: float
+    entropy: float  # bits
+    uncertainty: float  # Liu 2022, one-sided
+    declared: int  # cells that some agent declared
+    found: int  # of them, cells with a true target
+    separation_m: float  # closest airborne pair
+    bytes_sent: int  # by all agents over the radio so far
+    bytes_heard: int
+    frames_sent: int
+    frames_heard: int
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """A cell in which some agent holds a target to be."""
+
+    cell: tuple[int, int]
+    t_us: int
+    by: int
+
+
+@dataclass(slots=True, eq=False)
+class Watched:
+    """One agent, as far as it is known."""
+
+    id: int
+    report: AgentReport | None = None
+    position: Vector | None = None  # ENU m: the true one where the world tells, else its own word
+    velocity: Vector = (0.0, 0.0, 0.0)
+    heading: float = nan  # rad from east, counter-clockwise
+    seen_us: int = -1  # its last sign of life
+    sent_us: int = -1  # its last frame
+    alive: bool | None = None  # by its liveliness token; None: never had one
+    track: list[tuple[float, float, float, float]] = field(default_factory=list)  # t_s, ENU m
+    map: AgentMap | None = None
+    frame: Frame | None = None  # the newest
+    tells: bool = False  # what happens to it, in words, on the bus
+
+    @property
+    def flying(self) -> bool:
+        """In the air, by its own word."""
+        return self.report is not None and self.report.in_air
+
+
+class MissionWatch:
+    """What can be known of a mission by listening to its bus.
+
+    Args:
+        bus: its session; None: samples are fed by ``apply`` alone.
+        timeout_s: longest wait for the answers to what is asked at the start.
+
+    Attributes:
+        t_us: newest mission time heard of; -1 before anything.
+        facts: the mission as it is flown, with the true targets; None until somebody tells.
+        agents: by id.
+        declared: by cell, the first who said so.
+        series: one point a second since the watch began.
+        events: the newest ones.
+        event_count: all so far; ``events`` ends with number ``event_count - 1``.
+        rejects: what was left out, by reason.
+    """
+
+    def __init__(self, bus: Bus | None = None, *, timeout_s: float = 1.0) -> None:
+        self.t_us = -1
+        self.record: MissionRecord | None = None
+        self.facts: Mission | None = None
+        self.agents: dict[int, Watched] = {}
+        self.declared: dict[tuple[int, int], Declared] = {}
+        self.series: list[Point] = []
+        self.events: deque[Happening] = deque(maxlen=EVENTS_KEPT)
+        self.event_count = 0
+        self.rejects: Counter[str] = Counter()
+        self.union: UnionMap | None = None
+        self.separation = SeparationWatch()
+        self.simulated = False  # the world tells the true positions
+        self._grid: Grid | None = None
+        self._true_cells: frozenset[tuple[int, int]] = frozenset()
+        self._orders: dict[str, tuple[str, int]] = {}
+        self._mailboxes = [] if bus is None else [bus.subscribe("**"), bus.watch(keys.alive("*"))]
+        if bus is not None:
+            for pattern in (keys.MISSION, keys.state_map("*")):
+                for sample in bus.query(pattern, timeout_s):
+                    self.apply(sample)
+
+    def poll(self) -> None:
+        """Take in what the bus brought since the last call."""
+        for mailbox in self._mailboxes:
+            for sample in mailbox.drain():
+                self.apply(sample)
+
+    def apply(self, sample: Sample, t_us: int | None = None) -> None:
+        """Take in one sample.
+
+        Args:
+            sample: key relative to the mission, and data.
+            t_us: mission time, where the sample itself does not tell it; None: now.
+        """
+        space, _, rest = sample.key.partition("/")
+        if t_us is not None:
+            self._passed(t_us)
+        if space == "air":
+            self._air(sample)
+        elif space == "safety":
+            self._beacon(sample)
+        elif space == "state":
+            self._state(sample, rest)
+        elif sample.key == keys.TRUTH:
+            self._truth(sample.data)
+        elif sample.key == keys.MISSION:
+            self._mission(sample.data)
+        elif space == "alive":
+            self._token(sample)
+        elif space == "cmd":
+            self._order(rest, sample.data)
+
+    @property
+    def grid(self) -> Grid | None:
+        """The search area; None until somebody told."""
+        return self._grid
+
+    @property
+    def found(self) -> int | None:
+        """True targets that some agent declared; None when the true ones are not known."""
+        if self.facts is None:
+            return None
+        return sum(cell in self._true_cells for cell in self.declared)
+
+    @property
+    def ended(self) -> bool:
+        """Every agent that was heard of has landed or failed."""
+        reports = [agent.report for agent in self.agents.values() if agent.report]
+        return bool(reports) and all(report.phase in _ENDED for report in reports)
+
+    def merged(self) -> tuple[F64, Bools] | None:
+        """Probability and seen, (columns, rows), of the union of maps; None without a grid."""
+        return None if self.union is None else self.union.shown()
+
+    def links(self) -> list[tuple[int, int]]:
+        """Pairs (lower id first) of which one hears the other; none when the range is unknown."""
+        hears = self._hearing()
+        pairs = {(min(a, b), max(a, b)) for a, others in hears.items() for b in others}
+        return sorted(pairs)
+
+    def hears(self, agent: int) -> list[int]:
+        """Those whose frames reach an agent, ascending."""
+        return self._hearing().get(agent, [])
+
+    def _hearing(self) -> dict[int, list[int]]:
+        """By receiver, who is in radio range of it and sent something lately."""
+        if self.facts is None:
+            return {}
+        placed = [a for _, a in sorted(self.agents.items()) if a.position is not None]
+        if len(placed) < 2:
+            return {}
+        radio = Radio(self.facts.radio.range_m)
+        place = np.array([agent.position for agent in placed])
+        reached = radio.reaches(place[None, :, :], place[:, None, :])
+        recent_us = self.t_us - int(RECENT_S * SECOND_US)
+        sends = np.array([agent.sent_us >= max(recent_us, 0) for agent in placed])
+        reached &= sends[None, :]
+        np.fill_diagonal(reached, False)
+        ids = np.array([agent.id for agent in placed])
+        return {agent.id: ids[row].tolist() for agent, row in zip(placed, reached, strict=True)}
+
+    def _passed(self, t_us: int) -> bool:
+        """Mission time is at least this; False when that cannot be."""
+        if self.t_us >= 0 and t_us > self.t_us + LEAP_US:
+            self.rejects["future"] += 1
+            return False
+        before_s, self.t_us = self.t_us // SECOND_US, max(self.t_us, t_us)
+        if self.t_us // SECOND_US > before_s:
+            self._second()
+        return True
+
+    def _agent(self, number: int, t_us: int) -> Watched:
+        agent = self.agents.get(number)
+        if agent is None:
+            agent = self.agents[number] = Watched(number)
+        agent.seen_us = max(agent.seen_us, t_us)
+        return agent
+
+    def _air(self, sample: Sample) -> None:
+        frame = decode(sample.data, self.rejects)
+        if frame is not None and frame.sender != keys.agent_of(sample.key):
+            self.rejects["sender"] += 1
+            frame = None
+        if frame is None or not self._passed(frame.t_us):
+            return
+        agent = self._agent(frame.sender, frame.t_us)
+        agent.sent_us, agent.frame = frame.t_us, frame
+        self._move(agent, frame.position, frame.velocity)
+        content = readable(frame)
+        if content is None:
+            self.rejects["cells"] += 1
+        elif self.union is not None and len(content[1]):
+            self.union.take_records(*content)
+            self._map_of(agent).take_frame(frame, *content)
+
+    def _beacon(self, sample: Sample) -> None:
+        beacon = decode_beacon(sample.data, self.rejects)
+        if beacon is None or beacon.sender != keys.agent_of(sample.key):
+            return
+        if self._passed(beacon.t_us):
+            agent = self._agent(beacon.sender, beacon.t_us)
+            self._move(agent, beacon.position, beacon.velocity)
+
+    def _move(self, agent: Watched, position: Vector, velocity: Vector) -> None:
+        if not self.simulated or agent.position is None:
+            agent.position = position
+        agent.velocity = velocity
+
+    def _truth(self, data: bytes) -> None:
+        truth = decode_truth(data, self.rejects)
+        if truth is None or not self._passed(truth.t_us):
+            return
+        self.simulated = True
+        self.separation.add(truth.t_us, truth.position)
+        for number, position in zip(truth.ids, truth.position.tolist(), strict=True):
+            x, y, z = position
+            self._agent(number, truth.t_us).position = (x, y, z)
+
+    def _state(self, sample: Sample, rest: str) -> None:
+        number, _, what = rest.partition("/")
+        if not (number.isascii() and number.isdigit()):
+            return
+        if what == "map":
+            self._full_map(int(number), sample.data)
+        elif what == "event":
+            self._told(int(number), sample.data)
+        elif not what:
+            self._reported(int(number), sample.data)
+
+    def _reported(self, number: int, data: bytes) -> None:
+        try:
+            report = decode_report(data)
+        except msgspec.DecodeError:
+            report = None
+        if report is None or report.agent != number or not _possible(report):
+            self.rejects["report"] += 1
+        elif self._passed(report.t_us):
+            self.take_report(report)
+
+    def take_report(self, report: AgentReport) -> None:
+        """What an agent says of itself."""
+        agent = self._agent(report.agent, report.t_us)
+        before, agent.report = agent.report, report
+        agent.heading = report.heading
+        if report.phase != _BLIND:
+            self._move(agent, report.position, report.velocity)
+        if not agent.tells and (before is None or before.phase != report.phase):
+            self._happened(report.t_us, agent.id, "phase", report.phase)
+        failed = report.failure and (before is None or before.failure != report.failure)
+        if failed and not agent.tells:
+            self._happened(report.t_us, agent.id, "failure", report.failure)
+        for column, row, t_us in report.declared:
+            self._declare((column, row), t_us, agent.id)
+
+    def _declare(self, cell: tuple[int, int], t_us: int, by: int) -> None:
+        known = self.declared.get(cell)
+        if known is None:
+            self._happened(t_us, by, "declared", f"target in cell {cell[0]}, {cell[1]}")
+        if known is None or (t_us, by) < (known.t_us, known.by):
+            self.declared[cell] = Declared(cell, t_us, by)
+
+    def _full_map(self, number: int, data: bytes) -> None:
+        full = decode_map(data, self.rejects)
+        if full is None or full.agent != number or not self._passed(full.t_us):
+            return
+        if self._grid is None:
+            columns, rows = full.probability.shape
+            grid = Grid(full.west_m, full.south_m, full.cell_m, columns, rows)
+            unseen = full.probability[full.stamp_us < 0]
+            self._lay_out(grid, float(unseen[0]) if len(unseen) else 0.5, SensorModel())
+        if self._fits(full) and self.union is not None:
+            self.union.take_map(full)
+            self._map_of(self._agent(number, full.t_us)).take_map(full)
+        else:
+            self.rejects["grid"] += 1
+
+    def _fits(self, full: FullMap) -> bool:
+        g = self._grid
+        return g is not None and (*full.probability.shape, full.west_m, full.south_m) == (
+            g.columns,
+            g.rows,
+            g.west_m,
+            g.south_m,
+        )
+
+    def _lay_out(self, grid: Grid, prior: float, sensor: SensorModel) -> None:
+        self._grid, self._prior, self._sensor = grid, prior, sensor
+        self.union = UnionMap(grid, prior, sensor)
+
+    def _map_of(self, agent: Watched) -> AgentMap:
+        assert self._grid is not None
+        if agent.map is None:
+            agent.map = AgentMap(self._grid, self._prior, self._sensor)
+        return agent.map
+
+    def _mission(self, data: bytes) -> None:
+        try:
+            record = msgspec.json.decode(data, type=MissionRecord)
+            if self.record is not None and record.text == self.record.text:
+                return
+            # Not ``config.parse``: the planner need not be installed where people watch.
+            mission = convert(tomllib.loads(record.text))
+        except (ValueError, FieldError, RecursionError):
+            self.rejects["mission"] += 1
+            return
+        self.record, self.facts = record, mission
+        self._true_cells = frozenset(mission.target_cells())
+        if self._grid != mission.grid:
+            sensor = SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update)
+            self._lay_out(mission.grid, mission.belief.prior, sensor)
+            for agent in self.agents.values():
+                agent.map = None
+
+    def _token(self, sample: Sample) -> None:
+        number = keys.agent_of(sample.key)
+        if number is None:
+            return
+        agent = self._agent(number, -1)
+        alive = bool(sample.data)
+        if agent.alive is not None and agent.alive != alive:
+            self._happened(self.t_us, number, "link", "is back" if alive else "left the bus")
+        agent.alive = alive
+
+    def _order(self, target: str, data: bytes) -> None:
+        try:
+            document = msgspec.json.decode(data, type=dict[str, object])
+        except msgspec.DecodeError:
+            self.rejects["order"] += 1
+            return
+        verb = str(document.get("order", ""))
+        last, at_us = self._orders.get(target, ("", 0))
+        self._orders[target] = (verb, self.t_us)
+        if verb != last or to_s(self.t_us - at_us) > SAME_ORDER_S:
+            to = "all" if target == keys.EVERYONE else f"agent {target}"
+            self._happened(self.t_us, None, "order", f"{verb} to {to}")
+
+    def _told(self, number: int, data: bytes) -> None:
+        try:
+            event = msgspec.json.decode(data, type=EventRecord)
+        except msgspec.DecodeError:
+            self.rejects["event"] += 1
+            return
+        self._agent(number, self.t_us).tells = True
+        self._happened(self.t_us, number, event.kind, event.text)
+
+    def _happened(self, t_us: int, agent: int | None, kind: str, text: str) -> None:
+        self.events.append(Happening(t_us, agent, kind, text[:500]))
+        self.event_count += 1
+
+    def _second(self) -> None:
+        """A second of mission time has begun: note where everybody is."""
+        t_s = to_s(self.t_us)
+        flying = []
+        for agent in self.agents.values():
+            if agent.position is None:
+                continue
+            agent.track.append((t_s, *agent.position))
+            if agent.flying:
+                flying.append(agent.position)
+        if not self.simulated:
+            where = np.array(flying).reshape(-1, 3)
+            self.separation.add(self.t_us, where, ground_m=-np.inf)
+        self.series.append(self._point())
+
+    def _point(self) -> Point:
+        reports = [agent.report for agent in self.agents.values() if agent.report]
+        merged = self.merged()
+        return Point(
+            self.t_us,
+            nan if merged is None else float(merged[1].mean()),
+            nan if merged is None else float(entropy(merged[0])),
+            nan if merged is None else float(uncertainty(merged[0])),
+            len(self.declared),
+            self.found or 0,
+            self.separation.take_recent(),
+            sum(report.bytes_sent for report in reports),
+            sum(report.bytes_heard for report in reports),
+            sum(report.frames_sent for report in reports),
+            sum(report.frames_heard for report in reports),
+        )
+
+
+def _possible(report: AgentReport) -> bool:
+    numbers = (*report.position, *report.velocity, report.heading, report.distance_m)
+    return all(isfinite(n) and abs(n) <= POSITION_LIMIT_M for n in numbers) and report.t_us >= 0
