@@ -1,0 +1,1 @@
+"""Khan, Yanmaz and Rinner 2014, "Information merging in multi-UAV cooperative search"."""
