@@ -44,6 +44,17 @@ def wait_for_workers(pid, count):
     raise AssertionError("no workers")
 
 
+def anybody_left(group):
+    """Whether processes of a group still run after a while."""
+    for _ in range(200):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return False
+        pause(0.05)
+    return True
+
+
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are read from /proc")
 def test_an_interrupt_ends_all_processes():
     arguments = ("experiment", "liu-table2", "--runs", "5000", "--workers", "2")
@@ -60,5 +71,4 @@ def test_an_interrupt_ends_all_processes():
     assert process.returncode != 0
     assert "Traceback" not in err
     assert out == ""
-    with pytest.raises(ProcessLookupError):  # nobody of the group is left
-        os.killpg(process.pid, 0)
+    assert not anybody_left(process.pid)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import importlib
 import multiprocessing
 import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -45,11 +47,11 @@ class Processes:
         pool = ProcessPoolExecutor(
             min(self.workers, max(len(tasks), 1)),
             mp_context=multiprocessing.get_context("spawn"),
-            initializer=_ignore_interrupts,
         )
         done = False
         try:
-            places = {pool.submit(work, task): place for place, task in enumerate(tasks)}
+            with _no_interrupt():  # workers are started here, and inherit it
+                places = {pool.submit(work, task): place for place, task in enumerate(tasks)}
             for future in as_completed(places):
                 yield places[future], future.result()
             done = True
@@ -89,7 +91,7 @@ class Dask:
             futures = client.map(work, tasks, pure=False)
             places = {future.key: place for place, future in enumerate(futures)}
             try:
-                for future in distributed.as_completed(futures):
+                for future in distributed.as_completed(futures, loop=client.loop):
                     yield places[future.key], future.result()
             finally:
                 client.cancel(futures)
@@ -108,5 +110,21 @@ def choose(workers: int, dask: str | None = None) -> Spread:
     return Here() if workers == 1 else Processes(workers)
 
 
-def _ignore_interrupts() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+@contextmanager
+def _no_interrupt() -> Iterator[None]:
+    """Hold back Ctrl-C; it comes afterwards, and never to processes started meanwhile.
+
+    The mask is for those; here numpy's threads may take the signal, so its handler waits too.
+    """
+    held: list[int] = []
+    aside = threading.current_thread() is threading.main_thread()
+    handler = signal.signal(signal.SIGINT, lambda *_: held.append(1)) if aside else None
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if aside:
+            signal.signal(signal.SIGINT, handler)
+        if held:
+            signal.raise_signal(signal.SIGINT)
