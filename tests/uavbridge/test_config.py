@@ -214,7 +214,33 @@ WRONG = [
         "simulator.parameters.B",
         "number",
     ),
-    ("[parameters]", "[simulator.parameters]\nmpc = 1\n", "simulator.parameters.mpc", "name"),
+    (
+        "[parameters]",
+        "[simulator.parameters]\nmpc = 1\n",
+        "simulator.parameters.mpc",
+        "no such parameter",
+    ),
+    (
+        "[parameters]",
+        "[simulator.parameters]\nCOM_OF_LOS_T = 1\n",
+        "simulator.parameters.COM_OF_LOS_T",
+        "did you mean COM_OF_LOSS_T?",
+    ),
+    (
+        "[parameters]",
+        "[simulator.parameters]\nCOM_ARM_MIS_REQ = 2\n",
+        "simulator.parameters.COM_ARM_MIS_REQ",
+        "must be 0..1",
+    ),
+    ("range_m = 400", "keyframe_s = 1e308", "radio.keyframe_s", "<= 86400"),
+    ("q = 0.05", "q = 0.05\nperiod_s = 1e308", "sensor.period_s", "<= 86400"),
+    ("[400, 700]", "[400, 1e300]", "targets[1].position", "outside"),
+    (
+        "[parameters]",
+        '[[agents]]\nid = 3\nendpoint = "udpin:here"\n',
+        "agents[0].endpoint",
+        "port must be a number",
+    ),
     ("[parameters]", "[wind]\ngust_m_s = -1\n", "wind.gust_m_s", ">= 0"),
 ]
 

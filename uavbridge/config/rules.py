@@ -11,14 +11,18 @@ from typing import Any
 from planners.belief.merge import MERGE_RULES
 from planners.planner import PlannerKind
 from planners.registry import bind, describe
+from sim_vehicles.flavour import PX4
+from sim_vehicles.params import Parameters
 from uavbridge.config.field_error import FieldError, KeyPath
 from uavbridge.config.mission import Mission
 from uavbridge.config.starts import Member
+from uavbridge.errors import ConfigError
+from uavbridge.mavlink.urls import parse_url
 
 _MAY_BE_INFINITE = {("radio", "range_m"), ("safety", "beacon_range_m")}
 _ENDPOINT = re.compile(r"(tcp|udp|tls|quic|ws|unixsock-stream)/\S+")
-_PARAMETER_NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}")
 _LAST_PORT = 65535
+_FARTHEST_M = 1e9  # beyond it no area reaches, and a cell's number is no whole number any more
 
 
 def check(mission: Mission, planners: Mapping[str, PlannerKind]) -> None:
@@ -127,7 +131,8 @@ def _starts(mission: Mission, team: tuple[Member, ...]) -> None:
 
 def _targets(mission: Mission) -> None:
     for index, target in enumerate(mission.targets):
-        if not mission.grid.contains(target.position):
+        far = max(map(abs, target.position)) > _FARTHEST_M
+        if far or not mission.grid.contains(target.position):
             west, south, east, north = mission.grid.bounds
             what = f"lies outside the area, x {west:g} to {east:g}, y {south:g} to {north:g}"
             raise FieldError(("targets", index, "position"), what, target.position)
@@ -141,6 +146,12 @@ def _endpoints(mission: Mission) -> None:
         if not _ENDPOINT.fullmatch(endpoint):
             what = "must be a zenoh endpoint such as tcp/127.0.0.1:7447"
             raise FieldError(("bus", key), what, endpoint)
+    for index, agent in enumerate(mission.agents):
+        if agent.endpoint is not None:
+            try:
+                parse_url(agent.endpoint)
+            except ConfigError as error:
+                raise FieldError(("agents", index, "endpoint"), str(error)) from None
 
 
 def _simulation(mission: Mission) -> None:
@@ -148,13 +159,24 @@ def _simulation(mission: Mission) -> None:
     if simulator.ports != "auto" and simulator.ports + mission.vehicles - 1 > _LAST_PORT:
         what = f"leaves no ports for {mission.vehicles} vehicles"
         raise FieldError(("simulator", "ports"), what, simulator.ports)
-    for name in simulator.parameters:
-        if not _PARAMETER_NAME.fullmatch(name):
-            what = "is not a parameter's name: capitals, digits and _, at most 16"
-            raise FieldError(("simulator", "parameters", name), what)
+    for name, value in simulator.parameters.items():
+        _autopilot_parameter(name, value)
     if not safety.beacon_range_m > safety.separation_m:
         what = f"must be above separation_m = {safety.separation_m:g}"
         raise FieldError(("safety", "beacon_range_m"), what, safety.beacon_range_m)
+
+
+def _autopilot_parameter(name: str, value: float) -> None:
+    path = ("simulator", "parameters", name)
+    names = [parameter.name for parameter in PX4.table]
+    if name not in names:
+        near = get_close_matches(name.upper(), names, n=1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise FieldError(path, f"the autopilot has no such parameter{hint}")
+    try:
+        Parameters(PX4.table, 1, {name: value})
+    except ValueError as error:
+        raise FieldError(path, str(error).removeprefix(f"parameter {name} ")) from None
 
 
 def _known(path: KeyPath, noun: str, name: str, known: Mapping[str, object]) -> None:

@@ -79,7 +79,11 @@ class Sensor(Table, frozen=True):
     q: Annotated[Probability, Meta(description="P(detection | no target in the cell)")] = 0.05
     period_s: Annotated[
         float,
-        Meta(ge=0.0, description="0: one reading on entering a cell; else one a period inside too"),
+        Meta(
+            ge=0.0,
+            le=86400.0,
+            description="0: one reading on entering a cell; else one a period inside too",
+        ),
     ] = 0.0
 
 
@@ -112,7 +116,8 @@ class Radio(Table, frozen=True):
         float, Meta(gt=0.0, description="inf, the default: everybody hears everybody")
     ] = inf
     keyframe_s: Annotated[
-        float, Meta(gt=0.0, description="time between two full maps of one agent")
+        float,
+        Meta(gt=0.0, le=86400.0, description="time between two full maps of one agent"),
     ] = 10.0
 
 
