@@ -33,7 +33,9 @@ NEXT: dict[Phase, frozenset[Phase]] = {
     Phase.CONNECT: frozenset({Phase.ARM, Phase.DONE, Phase.FAILED}),
     Phase.ARM: frozenset({Phase.TAKEOFF, Phase.CLIMB, Phase.DONE, Phase.FAILED}),
     Phase.TAKEOFF: frozenset({Phase.CLIMB, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
-    Phase.CLIMB: frozenset({Phase.SEARCH, Phase.PAUSE, Phase.RISE, Phase.LAND, Phase.YIELDED}),
+    Phase.CLIMB: frozenset(
+        {Phase.SEARCH, Phase.PAUSE, Phase.RISE, Phase.LAND, Phase.YIELDED, Phase.FAILED}
+    ),
     Phase.SEARCH: frozenset({Phase.PAUSE, Phase.RISE, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
     Phase.PAUSE: frozenset({Phase.SEARCH, Phase.RISE, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
     Phase.RISE: frozenset({Phase.HOME, Phase.LAND, Phase.YIELDED, Phase.FAILED}),

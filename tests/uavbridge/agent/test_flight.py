@@ -14,7 +14,7 @@ from tests.uavbridge.agent.point_vehicle import PointVehicle
 from uavbridge.agent.agent import Agent
 from uavbridge.agent.effects import Answer, Do, Inputs, Publish, Tell
 from uavbridge.agent.orders import Order, Verb
-from uavbridge.agent.phases import NEXT, Phase, check
+from uavbridge.agent.phases import ENDED, NEXT, RETURNING, Phase, check
 from uavbridge.agent.plan import AgentPlan, return_heights
 from uavbridge.bus.wire import Beacon
 from uavbridge.safety.envelope import Envelope
@@ -179,6 +179,19 @@ def test_a_vehicle_that_never_answers_ends_in_failure():
     assert "never answered" in run.agent.flight.failure
 
 
+@pytest.mark.parametrize(
+    "phase", [Phase.TAKEOFF, Phase.CLIMB, Phase.SEARCH, Phase.HOME, Phase.LAND]
+)
+def test_a_vehicle_that_falls_silent_in_any_phase_is_given_up(phase):
+    run = Run(plan_of(FlyTo(GoTo(np.array([300.0, 100.0, 40.0])))))
+    if phase in RETURNING:
+        run.until(Phase.SEARCH).step(orders=(Order(Verb.RETURN),))
+    run.until(phase)
+    run.vehicle.silent = True
+    run.until(Phase.FAILED, 10)
+    assert "silent" in run.agent.flight.failure
+
+
 def test_a_pilot_who_takes_the_sticks_has_the_vehicle():
     run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))))).until(Phase.SEARCH)
     run.vehicle.set_mode(Mode.MANUAL)
@@ -324,6 +337,7 @@ def test_the_phase_table_is_closed_and_ends():
         reached |= front
         front = {after for phase in front for after in NEXT[phase]} - reached
     assert reached == set(Phase)
+    assert all(Phase.FAILED in NEXT[phase] for phase in set(Phase) - ENDED)
 
 
 def test_the_odometer_counts_flight():
