@@ -82,6 +82,18 @@ class GuidedBoidsParams(BoidsParams):
         low=0.0,
         high=1.0,
     )
+    ties: str = param(
+        "nearest",
+        unit="-",
+        doc="of equally likely surrounding cells the nearest draws, or the lowest number",
+        choices=("nearest", "lowest"),
+    )
+    guide_point: str = param(
+        "centre",
+        unit="-",
+        doc="a guide cell draws to its centre, or to its south-western corner",
+        choices=("centre", "corner"),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,9 +158,16 @@ def step(
     """
     towards, weight = np.zeros_like(position), 0.0
     if isinstance(params, GuidedBoidsParams):
-        rule = Guidance(scenario.detection_threshold, params.keep, params.escape_ratio)
+        rule = Guidance(
+            scenario.detection_threshold,
+            params.keep,
+            params.escape_ratio,
+            params.ties,
+            params.guide_point,
+        )
         guide = guidance.choose(belief, position, guide, scenario.grid, rule, others, present)
-        towards, weight = guidance.direction(position, guide, scenario.grid), params.guide
+        towards = guidance.direction(position, guide, scenario.grid, rule.point)
+        weight = params.guide
     wish = turn(position, heading, others, theirs, present, towards, weight, params)
     wish = flight.turned(wish, noise * params.heading_noise_rad)
     inside = flight.turn_back(

@@ -23,7 +23,7 @@ The map itself, Eqs. (3)-(5), is kept by the agent (``planners.belief``).
 | theta | ``Scenario.detection_threshold`` |
 | dt | ``Scenario.tick_s`` |
 
-DEVIATION: beta_4 is a constant. Table 1 gives four values of each constant, so
+DEVIATION: beta_4 is a constant (``guide_law``). Table 1 gives four values of each constant, so
 Eq. (9) would apply to the guide cell too, but then guidance hardly works, and
 the text calls F_4 a direction only.
 
@@ -38,7 +38,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from planners.flocking.pair import PairLaw, pull
+from planners.flocking.pair import PairLaw, beta, pull
+from planners.grid import Grid
 from planners.planner import PlannerKind, param
 from planners.search import flight, guidance
 from planners.search.guidance import Guidance
@@ -70,6 +71,24 @@ class EsustpmParams:
         doc="leave when the best surrounding cell is below this share of the map's best; 0: never",
         low=0.0,
         high=1.0,
+    )
+    ties: str = param(
+        "nearest",
+        unit="-",
+        doc="of equally likely surrounding cells the nearest draws, or the lowest number",
+        choices=("nearest", "lowest"),
+    )
+    guide_point: str = param(
+        "centre",
+        unit="-",
+        doc="a guide cell draws to its centre, or to its south-western corner",
+        choices=("centre", "corner"),
+    )
+    guide_law: str = param(
+        "constant",
+        unit="-",
+        doc="beta_4 is guide_gain, or Eq. (9) of the distance, towards the cell or away from it",
+        choices=("constant", "towards", "away"),
     )
     speed_m_s: float = param(10.0, unit="m/s", doc="maximum velocity", low=0.1)
     speed_reading: str = param(
@@ -107,7 +126,7 @@ def velocity(
     present: Bools,
     towards_guide: F64,
     law: PairLaw,
-    guide_gain: float,
+    guide_gain: F64,
     count: int,
 ) -> F64:
     """Objective velocity before the speed limit, Eq. (6).
@@ -118,14 +137,14 @@ def velocity(
         present: (..., k) which of them are heard.
         towards_guide: (..., 2) unit vectors to the guide cells, or zero.
         law: Eqs. (7)-(9).
-        guide_gain: beta_4.
+        guide_gain: (...) beta_4.
         count: neighbours that count.
 
     Returns:
         (..., 2), in the unit of beta, to be limited.
     """
     flock = pull(position, others, present, law, count)
-    return np.asarray((flock + towards_guide * guide_gain) / 4.0)  # Eq. (6)
+    return np.asarray((flock + towards_guide * guide_gain[..., None]) / 4.0)  # Eq. (6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +157,8 @@ class Rules:
     @staticmethod
     def of(params: EsustpmParams, threshold: float) -> Rules:
         law = PairLaw(params.k, params.t, params.c_m, params.delta_m, params.delta_g_m)
-        return Rules(law, Guidance(threshold, params.keep, params.escape_ratio))
+        readings = (params.keep, params.escape_ratio, params.ties, params.guide_point)
+        return Rules(law, Guidance(threshold, *readings))
 
 
 def step(
@@ -172,10 +192,9 @@ def step(
     """
     grid = scenario.grid
     guide = guidance.choose(belief, position, guide, grid, rules.guidance, others, present)
-    towards = guidance.direction(position, guide, grid)
-    wish = velocity(
-        position, others, present, towards, rules.law, params.guide_gain, params.neighbours
-    )
+    towards = guidance.direction(position, guide, grid, rules.guidance.point)
+    gain = _guide_gain(position, guide, grid, params, rules)
+    wish = velocity(position, others, present, towards, rules.law, gain, params.neighbours)
     silent = (wish == 0.0).all(axis=-1)[..., None]
     onwards = np.stack((np.cos(heading), np.sin(heading)), axis=-1) * params.speed_m_s
     wish = flight.limit(np.where(silent, onwards, wish), params.speed_m_s, params.speed_reading)
@@ -184,6 +203,15 @@ def step(
         position, wish, grid, scenario.tick_s, params.margin_m, params.boundary
     )
     return inside, guide
+
+
+def _guide_gain(position: F64, guide: I64, grid: Grid, params: EsustpmParams, rules: Rules) -> F64:
+    """beta_4 (...) along the direction to the guide cells (...)."""
+    if params.guide_law == "constant":
+        return np.asarray(params.guide_gain)
+    offset = guidance.offset_to(position, guide, grid, rules.guidance.point)
+    strength = beta(np.hypot(offset[..., 0], offset[..., 1]), rules.law)
+    return strength if params.guide_law == "towards" else -strength
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,10 @@
 Liu et al. 2022, section 3.1, rule 4: "direction to the nearby grid with the
 highest target existing probability", of the eight cells around the agent's own.
 
-Readings taken where the paper is silent: the cell's centre draws; of equal
-probabilities the nearest centre, then the lowest cell number; a guide cell is
-kept until it is entered; cells found to hold a target draw nobody any more.
+Readings taken where the paper is silent: the cell's centre draws (``point``); of
+equal probabilities the nearest, then the lowest cell number (``ties``); a guide
+cell is kept until it is entered (``keep``); cells found to hold a target draw
+nobody any more.
 
 DEVIATION: the paper has no rule for an agent whose eight cells are all searched
 while far cells are not: literally it wanders among searched cells. With
@@ -38,6 +39,8 @@ class Guidance:
     threshold: float = 0.95  # cells at or above it are found
     keep: str = "entered"  # "entered", or "best": only while no surrounding cell is better
     escape_ratio: float = 0.5
+    ties: str = "nearest"  # of equally likely cells the nearest, or the "lowest" number
+    point: str = "centre"  # what draws: the cell's "centre", or its south-western "corner"
 
 
 def own_cells(grid: Grid, position: F64) -> I64:
@@ -70,7 +73,7 @@ def choose(
     open_value = np.where(flat < rule.threshold, flat, -1.0)  # found cells draw nobody
     value = np.broadcast_to(open_value, (*lead, grid.size))
     here = own_cells(grid, position)
-    best_cell, best = _best_around(value, position, here, grid)
+    best_cell, best = _best_around(value, position, here, grid, rule)
     kept = _kept(value, guide, here, best, grid, rule)
     chosen = np.where(kept, guide, best_cell)
     if rule.escape_ratio > 0.0:
@@ -81,26 +84,42 @@ def choose(
     return np.asarray(chosen)
 
 
-def direction(position: F64, guide: I64, grid: Grid) -> F64:
-    """Unit vectors (..., 2) to the centres of guide cells (...); zero without one."""
+def offset_to(position: F64, guide: I64, grid: Grid, point: str = "centre") -> F64:
+    """Ways (..., 2) m to what draws of the guide cells (...)."""
     cell = np.stack(np.divmod(np.maximum(guide, 0), grid.rows), axis=-1)
-    offset = grid.centre_of(cell) - position
+    return _points(cell, grid, point) - position
+
+
+def direction(position: F64, guide: I64, grid: Grid, point: str = "centre") -> F64:
+    """Unit vectors (..., 2) to the guide cells (...); zero without one."""
+    offset = offset_to(position, guide, grid, point)
     distance = np.hypot(offset[..., 0], offset[..., 1])
     usable = (guide >= 0) & (distance > 0.0)
     unit = offset / np.where(usable, distance, 1.0)[..., None]
     return np.asarray(np.where(usable[..., None], unit, 0.0))
 
 
-def _best_around(value: F64, position: F64, here: I64, grid: Grid) -> tuple[I64, F64]:
+def _points(cells: I64, grid: Grid, point: str) -> F64:
+    """Points (..., 2) m that draw, of cells (..., 2)."""
+    centre = grid.centre_of(cells)
+    return centre if point == "centre" else centre - grid.cell_m / 2.0
+
+
+def _best_around(
+    value: F64, position: F64, here: I64, grid: Grid, rule: Guidance
+) -> tuple[I64, F64]:
     """Best of the eight surrounding cells (...), -1 for none, and its probability."""
     cells = here[..., None, :] + _AROUND
     inside = grid.inside(cells)
     number = np.where(inside, cells[..., 0] * grid.rows + cells[..., 1], 0)
     around = np.where(inside, np.take_along_axis(value, number, axis=-1), -1.0)
     best = around.max(axis=-1)
-    offset = grid.centre_of(cells) - position[..., None, :]
-    distance = np.hypot(offset[..., 0], offset[..., 1])
-    pick = np.where(around == best[..., None], distance, np.inf).argmin(axis=-1)
+    if rule.ties == "lowest":
+        pick = around.argmax(axis=-1)  # the first of equals; cells are in ascending order
+    else:
+        offset = _points(cells, grid, rule.point) - position[..., None, :]
+        distance = np.hypot(offset[..., 0], offset[..., 1])
+        pick = np.where(around == best[..., None], distance, np.inf).argmin(axis=-1)
     chosen = np.take_along_axis(number, pick[..., None], axis=-1)[..., 0]
     return np.where(best >= 0.0, chosen, -1), best
 

@@ -207,8 +207,8 @@ def _esustpm(params: LiuParams) -> Method:
     own = esustpm.EsustpmParams(
         neighbours=params.neighbours,
         guide_gain=params.guide_gain,
-        keep=params.keep,
-        escape_ratio=params.escape_ratio,
+        guide_law=params.guide_law,
+        **_guidance(params),
         speed_m_s=params.speed_m,
         speed_reading=params.speed_reading,
         heading_noise_rad=params.heading_noise_rad,
@@ -227,10 +227,18 @@ def _guided(params: LiuParams) -> Method:
     own = boids.GuidedBoidsParams(
         **_flock(params),
         guide=params.guide,
-        keep=params.keep,
-        escape_ratio=params.escape_ratio,
+        **_guidance(params),
     )
     return BoidsMethod(scenario(params, starts()), own)
+
+
+def _guidance(params: LiuParams) -> dict[str, Any]:
+    return {
+        "keep": params.keep,
+        "escape_ratio": params.escape_ratio,
+        "ties": params.ties,
+        "guide_point": params.guide_point,
+    }
 
 
 def _flock(params: LiuParams) -> dict[str, Any]:

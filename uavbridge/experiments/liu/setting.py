@@ -85,6 +85,24 @@ class LiuParams:
         doc="a guide cell is kept until entered, or only while no surrounding cell is better",
         choices=("entered", "best"),
     )
+    ties: str = param(
+        "nearest",
+        unit="-",
+        doc="of equally likely surrounding cells the nearest draws, or the lowest number",
+        choices=("nearest", "lowest"),
+    )
+    guide_point: str = param(
+        "centre",
+        unit="-",
+        doc="a guide cell draws to its centre, or to its south-western corner",
+        choices=("centre", "corner"),
+    )
+    guide_law: str = param(
+        "constant",
+        unit="-",
+        doc="beta_4 is guide_gain, or Eq. (9) of the distance, towards the cell or away from it",
+        choices=("constant", "towards", "away"),
+    )
     escape_ratio: float = param(
         0.0, unit="1", doc="our escape from searched cells; 0: none", low=0.0, high=1.0
     )
