@@ -10,6 +10,14 @@ from uavbridge.experiments.experiment import Experiment
 
 # name: module under uavbridge.experiments that holds EXPERIMENT
 MODULES: Mapping[str, str] = {
+    "khan-table1": "khan.table1",
+    "khan-table2": "khan.table2",
+    "khan-fig4": "khan.fig4",
+    "khan-fig5": "khan.fig5",
+    "khan-fig6": "khan.fig6",
+    "khan-fig7": "khan.fig7",
+    "khan-fig8": "khan.fig8",
+    "khan-fig9": "khan.fig9",
     "liu-table2": "liu.table2",
     "liu-coverage": "liu.coverage",
     "liu-targets": "liu.targets",

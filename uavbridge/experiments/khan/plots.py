@@ -1,0 +1,81 @@
+"""The paper's figures, drawn from rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from uavbridge.experiments.experiment import Outcome
+from uavbridge.experiments.rows import Row
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LABELS = {
+    "steps": "time steps",
+    "error_percent": "location errors (%)",
+    "gain_percent": "gain over uncoordinated (%)",
+    "bytes": "bytes sent by a UAV",
+    "distance_cells": "from the cell named to the target (cells)",
+}
+_MARKS = dict(zip(("UNC", "BU", "AVG", "OGMM", "MOGM", "SDS", "COUNTS"), "kosv^Dx", strict=True))
+
+
+def against(figure: Figure, outcome: Outcome, key: str, label: str, metrics: Sequence[str]) -> None:
+    """A panel a metric: each rule's line over one key of the cases, with standard errors."""
+    figure.set_size_inches(4.6 * len(metrics), 3.6)
+    panels = figure.subplots(1, len(metrics), squeeze=False)[0]
+    for panel, metric in zip(panels, metrics, strict=True):
+        _lines(panel, [row for row in outcome.rows if row.metric == metric], key)
+        panel.set_xlabel(label)
+        panel.set_ylabel(LABELS[metric])
+        panel.grid(alpha=0.3)
+    panels[0].legend(fontsize=7)
+
+
+def _lines(panel: Axes, shown: Sequence[Row], key: str) -> None:
+    plain = [row for row in shown if row.reading is None and row.mean is not None]
+    for place, rule in enumerate(dict.fromkeys(str(row.case["rule"]) for row in plain)):
+        points = sorted(
+            (float(row.case[key]), row.mean or 0.0, row.se or 0.0)
+            for row in plain
+            if row.case["rule"] == rule
+        )
+        across, means, errors = zip(*points, strict=True)
+        panel.errorbar(
+            across,
+            means,
+            errors,
+            color="k" if rule == "UNC" else f"C{place - 1}",
+            marker="." if rule == "UNC" else _MARKS.get(rule, "."),
+            markersize=4,
+            linewidth=1.0,
+            label=rule,
+        )
+
+
+def bars(figure: Figure, outcome: Outcome) -> None:
+    """Table II: our gains as bars, the printed ones as lines across them."""
+    shown = [row for row in outcome.rows if row.metric == "gain_percent" and row.reading is None]
+    ranges = sorted({int(row.case["range"]) for row in shown})
+    rules = list(dict.fromkeys(str(row.case["rule"]) for row in shown))
+    figure.set_size_inches(3.8 * len(ranges), 3.6)
+    panels = figure.subplots(1, len(ranges), squeeze=False, sharey=True)[0]
+    width = 0.8 / len(rules)
+    for panel, reach in zip(panels, ranges, strict=True):
+        for place, rule in enumerate(rules):
+            for row in shown:
+                if row.case["range"] != reach or row.case["rule"] != rule:
+                    continue
+                x = int(row.case["N"]) + (place - (len(rules) - 1) / 2) * width
+                label = rule if row.case["N"] == shown[0].case["N"] else None
+                panel.bar(x, row.mean or 0.0, width, yerr=row.se, color=f"C{place}", label=label)
+                if row.paper is not None:
+                    panel.hlines(row.paper, x - width / 2, x + width / 2, color="k", linewidth=1.5)
+        panel.set_title(f"range {reach}")
+        panel.set_xlabel("N")
+        panel.set_xticks(sorted({int(row.case["N"]) for row in shown}))
+        panel.grid(axis="y", alpha=0.3)
+    panels[0].set_ylabel("gain over uncoordinated (%); line: paper")
+    panels[0].legend(fontsize=7)
