@@ -10,8 +10,8 @@ from __future__ import annotations
 import logging
 from typing import Any
 
-from planners.types import Goal, Reading, View
-from uavbridge.agent.effects import Effect, Inputs, Publish, Shine
+from planners.types import F64, Goal, Reading, View
+from uavbridge.agent.effects import Decided, Effect, Inputs, Publish, Shine
 from uavbridge.agent.flight import Flight
 from uavbridge.agent.guidance import sound
 from uavbridge.agent.hearing import Hearing
@@ -60,15 +60,17 @@ class Agent:
         for reading in inputs.readings:
             self.mapping.observe(reading)
             self._readings.append(reading)
+        decided: list[Effect] = []
         if self.phase is Phase.SEARCH and inputs.t_us >= self._next_decision_us:
-            self._decide(inputs)
+            decided = self._decide(inputs)
         setpoint = self.goal.setpoint if self.goal else None
         traffic = self.hearing.traffic(inputs.t_us)
         effects = self.flight.step(inputs, setpoint, traffic)
-        return effects + self._tell(inputs)
+        return decided + effects + self._tell(inputs)
 
-    def _decide(self, inputs: Inputs) -> None:
-        plan = self.plan
+    def _decide(self, inputs: Inputs) -> list[Effect]:
+        plan, tick = self.plan, self.tick
+        decided: list[Effect] = []
         view = self._view(inputs)
         rng = stream(plan.seed, "planner", plan.agent, self.tick)
         try:
@@ -76,6 +78,9 @@ class Agent:
                 self._memory = plan.planner.init(view)
             goal, self._memory = plan.planner.plan(view, self._memory, rng)
             self.goal = sound(goal)
+            decided.append(
+                Decided(tick, view.position, view.velocity, view.heading_rad, goal, self._memory)
+            )
         except Exception as fault:  # noqa: BLE001 - whatever a planner does, its vehicle comes home
             _log.debug("planner of agent %d", plan.agent, exc_info=True)
             self.flight.come_home(f"planner raised {type(fault).__name__}: {fault}", inputs.t_us)
@@ -83,20 +88,18 @@ class Agent:
         self.tick += 1
         # On the tick's own raster, however late this decision came.
         self._next_decision_us = (inputs.t_us // self._tick_us + 1) * self._tick_us
+        return decided
 
     def _view(self, inputs: Inputs) -> View:
         state = inputs.state
-        return View(
-            t_us=inputs.t_us,
-            tick=self.tick,
-            agent=self.plan.agent,
-            position=state.position,
-            velocity=state.velocity,
-            heading_rad=state.heading_rad,
-            neighbours=self.hearing.neighbours(inputs.t_us),
-            belief=self.mapping.belief.probability,
-            seen=self.mapping.belief.seen,
-            readings=tuple(self._readings),
+        return view_of(
+            self.plan.agent,
+            self.tick,
+            inputs.t_us,
+            (state.position, state.velocity, state.heading_rad),
+            self.hearing,
+            self.mapping,
+            self._readings,
         )
 
     def _tell(self, inputs: Inputs) -> list[Effect]:
@@ -131,6 +134,41 @@ class Agent:
             rule=self.plan.rule.code,
             cells=self.mapping.take_all() if keyframe else self.mapping.take_changed(),
         )
+
+
+def view_of(
+    agent: int,
+    tick: int,
+    t_us: int,
+    own: tuple[F64, F64, float],
+    hearing: Hearing,
+    mapping: Mapping,
+    readings: list[Reading],
+) -> View:
+    """What a planner is shown, in flight and when a recording is verified.
+
+    Args:
+        agent: whose decision it is.
+        tick: its number.
+        t_us: mission time.
+        own: position (3,) ENU m, velocity (3,) m/s, heading in rad.
+        hearing: who was heard.
+        mapping: the own map.
+        readings: since the last decision.
+    """
+    position, velocity, heading_rad = own
+    return View(
+        t_us=t_us,
+        tick=tick,
+        agent=agent,
+        position=position,
+        velocity=velocity,
+        heading_rad=heading_rad,
+        neighbours=hearing.neighbours(t_us),
+        belief=mapping.belief.probability,
+        seen=mapping.belief.seen,
+        readings=tuple(readings),
+    )
 
 
 def _vectors(state: VehicleState) -> tuple[Vector, Vector]:

@@ -6,9 +6,9 @@ Only a runner carries effects out.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-from planners.types import Reading
+from planners.types import F64, Goal, Reading
 from uavbridge.agent.orders import Ack, Order
 from uavbridge.bus.wire import Beacon, Frame
 from uavbridge.vehicle.api import Command, VehicleEvent, VehicleState
@@ -64,4 +64,19 @@ class Answer:
     ack: Ack
 
 
-Effect: TypeAlias = Do | Publish | Shine | Tell | Answer
+@dataclass(frozen=True, slots=True, eq=False)
+class Decided:
+    """The planner decided: what it had of the own state, what it wants, what it remembers.
+
+    With the frames and readings that reached the agent before, enough to decide again.
+    """
+
+    tick: int
+    position: F64  # (3,) ENU m
+    velocity: F64  # (3,) m/s
+    heading_rad: float
+    goal: Goal
+    memory: Any
+
+
+Effect: TypeAlias = Do | Publish | Shine | Tell | Answer | Decided

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from msgspec import Struct
+from msgspec import DecodeError, Struct
 from msgspec.json import Decoder, Encoder
 
 
@@ -42,4 +42,7 @@ def encode(report: AgentReport) -> bytes:
 
 def decode(data: bytes) -> AgentReport:
     """From JSON. Raises msgspec.DecodeError for anything else."""
-    return _DECODER.decode(data)
+    try:
+        return _DECODER.decode(data)
+    except (UnicodeDecodeError, RecursionError) as fault:  # a text that is no UTF-8; [[[[...
+        raise DecodeError(str(fault)) from None

@@ -12,6 +12,7 @@ from uavbridge.cli.command import command
 from uavbridge.cli.experiments import experiment
 from uavbridge.cli.group import Group, echo_json, set_up_logging
 from uavbridge.cli.monitor import monitor
+from uavbridge.cli.replay import replay, report
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -124,6 +125,8 @@ def planners(as_json: bool) -> None:
 
 main.add_command(monitor)
 main.add_command(command)
+main.add_command(replay)
+main.add_command(report)
 main.add_command(experiment)
 
 

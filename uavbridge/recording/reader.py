@@ -19,7 +19,7 @@ from mcap.writer import MCAP0_MAGIC
 from uavbridge.errors import ConfigError
 from uavbridge.recording.digest import StreamDigest, combine, prefix
 from uavbridge.recording.recorder import MCAP_NAME, METADATA_NAME
-from uavbridge.recording.tlog import tlog_digest
+from uavbridge.recording.tlog import TLOG_PATTERN, tlog_digest
 from uavbridge.recording.topics import TOPICS
 
 _RECORD = struct.Struct("<BQ")  # opcode, length of what follows
@@ -98,7 +98,7 @@ class Recording:
     def tlogs(self) -> dict[int, Path]:
         """The .tlog files beside it, by vehicle."""
         found = {}
-        for path in self.path.parent.glob("vehicle_*.tlog"):
+        for path in self.path.parent.glob(TLOG_PATTERN):
             if match := re.fullmatch(r"vehicle_(\d+)\.tlog", path.name):
                 found[int(match[1])] = path
         return dict(sorted(found.items()))

@@ -7,6 +7,8 @@ several threads at once.
 
 from __future__ import annotations
 
+import logging
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from io import BufferedWriter
@@ -25,6 +27,8 @@ MCAP_NAME = "mission.mcap"
 METADATA_NAME = "uavbridge"
 _CHUNK_BYTES = 512 * 1024
 
+_log = logging.getLogger(__name__)
+
 
 @dataclass(frozen=True, slots=True)
 class _Channel:
@@ -37,27 +41,29 @@ class Recorder:
     """Takes every message and frame of one mission.
 
     Args:
-        folder: where the files go; it must be there.
+        folder: where the files go; it must be there. None: keep the digest only.
         mission_name: for people; part of the file, not of the digest.
         epoch_ns: Unix date of mission start, for absolute times. Give a fixed one where
             the files shall be equal byte for byte.
-        mcap: False: write nothing, keep the digest only.
+        mcap: False: no mission.mcap.
+
+    A file that can be written no more, on a full disk say, is told of in a warning and left
+    as it is: the flight goes on.
     """
 
     def __init__(
-        self, folder: Path, *, mission_name: str, epoch_ns: int, mcap: bool = True
+        self, folder: Path | None, *, mission_name: str, epoch_ns: int, mcap: bool = True
     ) -> None:
         self.folder = folder
         self.messages = 0
         self._epoch_ns = epoch_ns
-        self._files = mcap
         self._digest = StreamDigest()
         self._channels: dict[str, _Channel] = {}
         self._schemas: dict[str, int] = {}
         self._tlogs: dict[int, TlogWriter] = {}
         self._flush_us = 0
         self._stream: BufferedWriter | None = None
-        if mcap:
+        if mcap and folder is not None:
             self._stream = (folder / MCAP_NAME).open("wb")
             self._writer = Writer(
                 self._stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.LZ4
@@ -87,10 +93,13 @@ class Recorder:
         if self._stream is None:
             return
         date_ns = self._epoch_ns + t_us * 1000
-        self._writer.add_message(channel.id, date_ns, data, date_ns)
-        if t_us >= self._flush_us:
-            self.flush()
-            self._flush_us = t_us + SECOND_US
+        try:
+            self._writer.add_message(channel.id, date_ns, data, date_ns)
+            if t_us >= self._flush_us:
+                self._writer.flush()  # type: ignore[no-untyped-call]
+                self._flush_us = t_us + SECOND_US
+        except OSError as fault:
+            self._lose(fault)
 
     def record(self, topic: str, t_us: int, record: Struct) -> None:
         """Record one of the structs of ``recording.topics``."""
@@ -99,7 +108,7 @@ class Recorder:
     def tlog(self, vehicle: int) -> TlogWriter:
         """The log of one vehicle, made at the first call."""
         if vehicle not in self._tlogs:
-            path = self.folder / tlog_name(vehicle) if self._files else None
+            path = None if self.folder is None else self.folder / tlog_name(vehicle)
             self._tlogs[vehicle] = TlogWriter(path, vehicle, self._epoch_ns // 1000)
         return self._tlogs[vehicle]
 
@@ -108,19 +117,26 @@ class Recorder:
         tlogs = {vehicle: log.digest() for vehicle, log in self._tlogs.items() if log.frames}
         return combine(self._digest.value(), tlogs)
 
-    def flush(self) -> None:
-        """Hand everything to the operating system."""
-        if self._stream is not None:
-            self._writer.flush()  # type: ignore[no-untyped-call]
-
     def close(self) -> None:
         """Write the index and let go of all files. A second call does nothing."""
         for log in self._tlogs.values():
             log.close()
-        if self._stream is not None:
+        if self._stream is None:
+            return
+        try:
             self._writer.finish()  # type: ignore[no-untyped-call]
             self._stream.close()
-            self._stream = None
+        except OSError as fault:
+            self._lose(fault)
+        self._stream = None
+
+    def _lose(self, fault: OSError) -> None:
+        """Write no further."""
+        _log.warning("%s: %s; the recording ends here", MCAP_NAME, fault.strerror)
+        stream, self._stream = self._stream, None
+        if stream is not None:
+            with suppress(OSError):  # said already
+                stream.close()
 
     def __enter__(self) -> Recorder:
         return self

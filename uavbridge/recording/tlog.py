@@ -18,6 +18,8 @@ _DATE = struct.Struct(">Q")
 _MAGIC_1, _MAGIC_2 = 0xFE, 0xFD
 _SIGNED = 0x01  # incompatibility flag of MAVLink 2: 13 bytes of signature follow
 
+TLOG_PATTERN = "vehicle_*.tlog"
+
 log = logging.getLogger(__name__)
 
 
@@ -70,7 +72,12 @@ class TlogWriter:
     def flush(self) -> None:
         """Hand everything to the operating system."""
         if self._file is not None and self._parts:
-            self._file.write(b"".join(self._parts))
+            try:
+                self._file.write(b"".join(self._parts))
+            except OSError as fault:
+                log.warning("%s: %s; the log ends here", self._file.name, fault.strerror)
+                self._file.close()
+                self._file = None
         self._parts.clear()
 
     def digest(self) -> bytes:

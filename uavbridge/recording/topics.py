@@ -17,6 +17,8 @@ import numpy as np
 import numpy.typing as npt
 from msgspec import UNSET, Struct, UnsetType
 
+from uavbridge.agent.report import AgentReport
+
 Triple: TypeAlias = Annotated[list[float], msgspec.Meta(min_length=3, max_length=3)]
 
 # What became of one frame at one receiver, by code.
@@ -34,19 +36,6 @@ class MissionRecord(Struct, frozen=True, omit_defaults=True):
     versions: dict[str, str] = {}
 
 
-class StateRecord(Struct, frozen=True):
-    """One vehicle as its agent knows it."""
-
-    position: Triple
-    velocity: Triple
-    heading: float  # rad from east, counter-clockwise
-    mode: str
-    phase: str  # the agent's own: "takeoff", "search", "return", "landed", ...
-    armed: bool = False
-    battery: float | UnsetType = UNSET  # 0..1
-    note: str = ""  # the planner's words
-
-
 class SetpointRecord(Struct, frozen=True):
     """What the vehicle was told, after the safety filter."""
 
@@ -62,6 +51,23 @@ class ReadingRecord(Struct, frozen=True):
     column: int
     row: int
     detected: bool
+    taken_us: int = 0  # mission time of the look; the message's time is when the agent had it
+
+
+class DecisionRecord(Struct, frozen=True, omit_defaults=True):
+    """One decision of a planner: its own state, its goal, and its memory afterwards."""
+
+    tick: int
+    position: Triple
+    velocity: Triple
+    heading: float
+    setpoint: str  # "goto", "velocity" or "segment"
+    values: list[float]  # of the setpoint: point, velocity, or start and end
+    yaw: float | None = None
+    speed: float | None = None
+    payload: str = ""  # base64
+    note: str = ""
+    memory: str = ""  # base64 of ``planners.memory.dumps``; empty: it has no such form
 
 
 class EventRecord(Struct, frozen=True):
@@ -111,6 +117,7 @@ class Topic:
 
 FRAME_ENCODING = "uavbridge-frame-v1"
 HEARD_ENCODING = "uavbridge-heard-v1"
+TRUTH_ENCODING = "uavbridge-truth-v1"
 
 TOPICS: dict[str, Topic] = {
     topic.name: topic
@@ -125,7 +132,9 @@ TOPICS: dict[str, Topic] = {
         ),
         Topic("obs", "json", ReadingRecord),
         Topic("setpoint", "json", SetpointRecord),
-        Topic("state", "json", StateRecord),
+        Topic("state", "json", AgentReport),
+        Topic("decision", "json", DecisionRecord),
+        Topic("truth", TRUTH_ENCODING, schema_text="docs/reference/wire_format.md"),
         Topic("event", "json", EventRecord),
         Topic("score", "json", ScoreRecord),
         Topic("map", "json", MapRecord),
@@ -168,6 +177,14 @@ def unpack_heard(data: bytes) -> npt.NDArray[np.void]:
 
 
 def _flat_schema(kind: type[Struct]) -> dict[str, Any]:
-    """JSON schema with the object at its root: Foxglove follows no references."""
+    """JSON schema with the object at its root and plain types: Foxglove follows nothing else."""
     (_,), components = msgspec.json.schema_components([kind])
-    return dict(components[kind.__name__])
+    schema = dict(components[kind.__name__])
+    schema["properties"] = {name: _plain(field) for name, field in schema["properties"].items()}
+    return schema
+
+
+def _plain(field: dict[str, Any]) -> dict[str, Any]:
+    """A field that may be null, as one of its own type."""
+    choices = [choice for choice in field.get("anyOf", []) if choice != {"type": "null"}]
+    return choices[0] if len(choices) == 1 else field

@@ -16,12 +16,13 @@ import numpy as np
 from planners.belief.merge import MERGE_RULES, BeliefMap, MergeRule, SensorModel, unpack
 from planners.types import F64
 from uavbridge.agent.phases import Phase
+from uavbridge.agent.report import AgentReport
 from uavbridge.bus.wire import decode as decode_frame
 from uavbridge.clock import to_s
 from uavbridge.config import Mission, parse
 from uavbridge.errors import ConfigError
 from uavbridge.recording.reader import Message, Recording
-from uavbridge.recording.topics import EventRecord, MissionRecord, ScoreRecord, StateRecord
+from uavbridge.recording.topics import EventRecord, MissionRecord, ScoreRecord
 from uavbridge.report.result import AgentResult, Event, MissionResult, Series, TargetResult
 from uavbridge.report.summary import Summary
 
@@ -39,7 +40,7 @@ class _Collected:
     belief: BeliefMap
     last_us: int = 0
     scores: list[tuple[int, ScoreRecord]] = field(default_factory=list)
-    states: dict[int, list[StateRecord]] = field(default_factory=dict)
+    states: dict[int, list[AgentReport]] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
     frames: Counter[int] = field(default_factory=Counter)
     frame_bytes: Counter[int] = field(default_factory=Counter)
@@ -88,7 +89,7 @@ def _take(collected: _Collected, message: Message) -> None:
         collected.scores.append((t_us, msgspec.json.decode(data, type=ScoreRecord)))
     elif kind == "state":
         states = collected.states.setdefault(int(name), [])
-        states.append(msgspec.json.decode(data, type=StateRecord))
+        states.append(msgspec.json.decode(data, type=AgentReport))
     elif kind == "event":
         record = msgspec.json.decode(data, type=EventRecord)
         agent = record.agent if isinstance(record.agent, int) else None
@@ -161,7 +162,7 @@ def _series(scores: list[tuple[int, ScoreRecord]]) -> Series:
     )
 
 
-def _track(states: list[StateRecord]) -> F64:
+def _track(states: list[AgentReport]) -> F64:
     """(k, 3) from where the vehicle's position was known."""
     known = [state.position for state in states if state.phase != _CONNECT]
     return np.array(known, dtype=np.float64).reshape(-1, 3)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from planners.types import Reading
 from uavbridge.agent.agent import Agent
-from uavbridge.agent.effects import Answer, Do, Effect, Inputs, Publish, Shine
+from uavbridge.agent.effects import Answer, Decided, Do, Effect, Inputs, Publish, Shine
 from uavbridge.agent.orders import Order, encode_ack
 from uavbridge.agent.orders import decode as decode_order
 from uavbridge.agent.phases import ENDED
@@ -26,13 +26,12 @@ from uavbridge.bus.messages import FullMap, decode_readings, encode_map
 from uavbridge.bus.wire import Vector, sender_and_tick
 from uavbridge.bus.wire import encode as encode_frame
 from uavbridge.clock import SECOND_US, to_s, to_us
+from uavbridge.recording.decisions import decision_record
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import (
     EventRecord,
     ReadingRecord,
     SetpointRecord,
-    StateRecord,
-    known,
     pack_heard,
 )
 from uavbridge.recording.topics import encode as encode_record
@@ -151,6 +150,7 @@ class AgentHost:
                 beacons=tuple(beacons.get(agent, ())),
                 readings=self._readings(seat, t_us),
                 orders=to_all + _orders([sample.data for sample in seat.cmd.drain()], self.rejects),
+                late_s=late_s,
             )
             before = seat.agent.phase
             for effect in seat.agent.step(inputs):
@@ -174,7 +174,7 @@ class AgentHost:
         if self._recorder:
             for reading in readings:
                 column, row = reading.cell
-                record = ReadingRecord(column, row, reading.detected)
+                record = ReadingRecord(column, row, reading.detected, reading.t_us)
                 self._recorder.record(f"obs/{seat.agent.plan.agent}", t_us, record)
         return tuple(readings)
 
@@ -194,6 +194,9 @@ class AgentHost:
                 self._recorder.write(f"air/{agent}", t_us, encode_frame(effect.frame))
         elif isinstance(effect, Shine):
             self._beacons.send(effect.beacon)
+        elif isinstance(effect, Decided):
+            if self._recorder:
+                self._recorder.record(f"decision/{agent}", t_us, decision_record(effect))
         elif isinstance(effect, Answer):
             ack = effect.ack
             self._bus.publish(keys.ack(agent), encode_ack(ack))
@@ -213,8 +216,8 @@ class AgentHost:
     def _report(self, seat: Seat, state: VehicleState, t_us: int) -> None:
         """What people are told of one agent, once a second."""
         agent, number = seat.agent, seat.agent.plan.agent
-        report = self._said(seat, state, t_us)
-        self._bus.publish(keys.state(number), encode(report))
+        report = encode(self._said(seat, state, t_us))
+        self._bus.publish(keys.state(number), report)
         grid, belief = agent.plan.scenario.grid, agent.mapping.belief
         self._maps[number] = encode_map(
             FullMap(
@@ -231,17 +234,7 @@ class AgentHost:
             seat.map_us = t_us + to_us(agent.plan.keyframe_s)
             self._bus.publish(keys.state_map(number), self._maps[number])
         if self._recorder:
-            record = StateRecord(
-                position=list(report.position),
-                velocity=list(report.velocity),
-                heading=report.heading,
-                mode=report.mode,
-                phase=report.phase,
-                armed=report.armed,
-                battery=known(state.battery),
-                note=report.note,
-            )
-            self._recorder.record(f"state/{number}", t_us, record)
+            self._recorder.write(f"state/{number}", t_us, report)
 
     def _said(self, seat: Seat, state: VehicleState, t_us: int) -> AgentReport:
         agent, number = seat.agent, seat.agent.plan.agent

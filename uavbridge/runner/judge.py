@@ -30,6 +30,7 @@ from uavbridge.bus.messages import decode_truth
 from uavbridge.bus.wire import decode as decode_frame
 from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.config import Mission, to_toml
+from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import MissionRecord
 from uavbridge.recording.topics import encode as encode_record
 from uavbridge.runner import assemble
@@ -84,9 +85,10 @@ class Judge:
     Args:
         mission: with the true targets.
         bus: its session.
+        recorder: gets the true positions; None: nobody.
     """
 
-    def __init__(self, mission: Mission, bus: Bus) -> None:
+    def __init__(self, mission: Mission, bus: Bus, recorder: Recorder | None = None) -> None:
         self.mission = mission
         self.verdict = Verdict.FLYING
         self.reports: dict[int, AgentReport] = {}
@@ -95,7 +97,7 @@ class Judge:
         self.tracks: dict[int, list[tuple[float, float, float]]] = {}
         self.separation = SeparationWatch()
         self.rejects: Counter[str] = Counter()
-        self._bus = bus
+        self._bus, self._recorder = bus, recorder
         self._rule = MERGE_RULES[mission.belief.merge]
         self._grid = mission.grid
         prior = np.full(self._grid.shape, mission.belief.prior)
@@ -110,9 +112,7 @@ class Judge:
         self._truth = bus.subscribe(keys.TRUTH)
         self._orders = bus.subscribe(keys.cmd())
         self._simulated = False
-        self._record = encode_record(
-            MissionRecord(to_toml(mission), mission.seed, mission.clock)
-        )
+        self._record = encode_record(MissionRecord(to_toml(mission), mission.seed, mission.clock))
         bus.serve(keys.MISSION, lambda _key: self._record)
 
     @property
@@ -144,6 +144,8 @@ class Judge:
             if truth is not None:
                 self._simulated = True
                 self.separation.add(truth.t_us, truth.position)
+                if self._recorder:
+                    self._recorder.write("truth", truth.t_us, sample.data)
         for sample in self._states.drain():
             self._report(sample.data)
         for sample in self._orders.drain():

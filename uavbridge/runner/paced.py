@@ -70,7 +70,7 @@ def fly_paced(
         simulation = stack.enter_context(
             Simulation(mission, {agent: ports[agent] for agent in simulated}, endpoint)
         )
-        judge = Judge(mission, stack.enter_context(ZenohBus(endpoint, mission.name)))
+        judge = Judge(mission, stack.enter_context(ZenohBus(endpoint, mission.name)), recorder)
         clock = simulation.start()
         vehicles = {
             agent: MavlinkVehicle(

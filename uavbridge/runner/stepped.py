@@ -52,7 +52,7 @@ def fly_stepped(
     far_ends = [far for _, far in links]
     world = SimulatedWorld(fleet, agents, assemble.sensor_of(mission, agents), hub.bus())
     host = build_host(mission, plans, vehicles, hub.bus(), recorder)
-    judge = Judge(mission, hub.bus())
+    judge = Judge(mission, hub.bus(), recorder)
     t_us = 0
     while not judge.ended(t_us):
         clock.wait_until(t_us)

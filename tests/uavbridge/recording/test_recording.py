@@ -19,7 +19,7 @@ from uavbridge.recording.topics import (
     EventRecord,
     MissionRecord,
     ScoreRecord,
-    StateRecord,
+    SetpointRecord,
     encode,
     known,
     pack_heard,
@@ -27,19 +27,22 @@ from uavbridge.recording.topics import (
     unpack_heard,
 )
 
+LZ4 = b"\x04\x22\x4d\x18"  # begins what a chunk holds
 EPOCH_NS = 1_700_000_000_000_000_000
 FRAME = bytes([0xFD, 3, 0, 0, 0, 1, 1, 30, 0, 0]) + b"abc" + b"xy"
 
 
-def fly(folder: Path, *, seconds: int = 5, mcap: bool = True, epoch_ns: int = EPOCH_NS) -> Recorder:
+def fly(
+    folder: Path | None, *, seconds: int = 5, mcap: bool = True, epoch_ns: int = EPOCH_NS
+) -> Recorder:
     """Record a small made-up mission; the recorder is left open."""
     recorder = Recorder(folder, mission_name="demo", epoch_ns=epoch_ns, mcap=mcap)
     recorder.record("mission", 0, MissionRecord(text="[mission]", seed=7, clock="stepped"))
     for t_us in range(0, seconds * 1_000_000, 200_000):
         for agent in (1, 2):
             position = [float(agent), t_us / 1e6, 30.0]
-            state = StateRecord(position, [1.0, 0.0, 0.0], 0.5, "offboard", "search")
-            recorder.record(f"state/{agent}", t_us, state)
+            setpoint = SetpointRecord("position", position)
+            recorder.record(f"setpoint/{agent}", t_us, setpoint)
             recorder.write(f"air/{agent}", t_us, bytes(range(60)))
             recorder.tlog(agent).write(t_us, FRAME)
     return recorder
@@ -85,12 +88,12 @@ def test_the_mcap_library_reads_what_was_written(tmp_path: Path) -> None:
         assert summary.statistics.message_count == 1 + 25 * 4
         states = [
             (schema, channel, message)
-            for schema, channel, message in reader.iter_messages(topics=["state/2"])
+            for schema, channel, message in reader.iter_messages(topics=["setpoint/2"])
         ]
     schema, channel, message = states[-1]
     assert schema is not None
     assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
-    assert msgspec.json.decode(message.data)["position"] == [2.0, 4.8, 30.0]
+    assert msgspec.json.decode(message.data)["value"] == [2.0, 4.8, 30.0]
     assert message.log_time == EPOCH_NS + 4_800_000_000
 
 
@@ -114,11 +117,27 @@ def test_digest_is_as_documented_and_as_read_back(tmp_path: Path) -> None:
 
 
 def test_digest_needs_no_files_and_no_date(tmp_path: Path) -> None:
-    with fly(tmp_path) as kept, fly(tmp_path, mcap=False, epoch_ns=5) as null:
+    with fly(tmp_path) as kept, fly(None, epoch_ns=5) as null:
         assert kept.digest() == null.digest()
-    before = set(tmp_path.iterdir())
-    with fly(tmp_path / "nowhere", mcap=False):
-        assert set(tmp_path.iterdir()) == before
+
+
+def test_telemetry_logs_without_the_rest(tmp_path: Path) -> None:
+    fly(tmp_path, mcap=False).close()
+    assert {path.name for path in tmp_path.iterdir()} == {"vehicle_1.tlog", "vehicle_2.tlog"}
+    assert all(path.stat().st_size for path in tmp_path.iterdir())
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize("name", [MCAP_NAME, "vehicle_1.tlog"])
+def test_a_full_disk_ends_the_file_but_not_the_flight(
+    tmp_path: Path, name: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / name).symlink_to("/dev/full")
+    with fly(tmp_path, seconds=20) as recorder, fly(None, seconds=20) as null:
+        assert recorder.digest() == null.digest()
+    assert len(caplog.messages) == 1
+    assert name in caplog.messages[0]
+    assert "No space left" in caplog.messages[0]
 
 
 def test_same_mission_same_files(tmp_path: Path) -> None:
@@ -178,7 +197,8 @@ def test_a_damaged_chunk_ends_the_reading(tmp_path: Path) -> None:
     path = tmp_path / MCAP_NAME
     data = bytearray(path.read_bytes())
     whole = list(Recording(path).messages())
-    data[len(data) // 3] ^= 0xFF
+    second_chunk = data.index(LZ4, data.index(LZ4) + 1)
+    data[second_chunk + 20] ^= 0xFF
     path.write_bytes(data)
     left = list(Recording(path).messages())
     assert len(left) < len(whole)

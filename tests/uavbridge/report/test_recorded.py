@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 
 from planners.belief.merge import MERGE_RULES
+from uavbridge.agent.report import AgentReport
 from uavbridge.bus.wire import DELTA, Frame, encode
 from uavbridge.config import load, to_toml
 from uavbridge.errors import ConfigError
 from uavbridge.recording.recorder import Recorder
-from uavbridge.recording.topics import EventRecord, MissionRecord, ScoreRecord, StateRecord
+from uavbridge.recording.topics import EventRecord, MissionRecord, ScoreRecord
 from uavbridge.report.page import report_page
 from uavbridge.report.recorded import recorded_result
 from uavbridge.report.result import AgentResult, MissionResult, TargetResult
@@ -28,8 +29,12 @@ def record(folder: Path, result: MissionResult | None) -> Recorder:
     for second in range(SECONDS):
         t_us = second * 1_000_000
         for agent in (1, 2):
-            at = [5.0 * second, 100.0 * agent, 30.0]
-            state = StateRecord(at, [5.0, 0.0, 0.0], 0.0, "OFFBOARD", "search")
+            at = (5.0 * second, 100.0 * agent, 30.0)
+            state = AgentReport(
+                agent=agent, t_us=t_us, phase="search", mode="OFFBOARD", position=at,
+                velocity=(5.0, 0.0, 0.0), heading=0.0, armed=True, in_air=True, battery=None,
+                neighbours=1, note="", distance_m=0.0, declared=[],
+            )  # fmt: skip
             recorder.record(f"state/{agent}", t_us, state)
             cells["cell"], cells["probability"], cells["stamp_us"] = agent, 0.9, t_us
             frame = Frame(

@@ -1,0 +1,123 @@
+"""A recorded mission: verified, changed and caught, played to a monitor, reported."""
+
+import json
+import shutil
+
+import msgspec
+import pytest
+from click.testing import CliRunner
+
+import uavbridge
+from tests.integration.missions import write
+from uavbridge.bus.local import LocalHub
+from uavbridge.cli import main
+from uavbridge.clock import SteppedClock
+from uavbridge.monitor.watch import MissionWatch
+from uavbridge.recording.reader import Recording
+from uavbridge.recording.recorder import Recorder
+from uavbridge.recording.topics import DecisionRecord, encode
+from uavbridge.replay.play import play
+from uavbridge.replay.verify import verify
+
+pytestmark = pytest.mark.integration
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """A short mission's folder and result."""
+    folder = tmp_path_factory.mktemp("flown")
+    overrides = {"duration": 60.0, "planner": "esustpm"}
+    result = uavbridge.run(write(folder), out=folder / "out", overrides=overrides)
+    return folder / "out", result
+
+
+def changed(source, folder, agent, tick, **fields):
+    """The recording with one decision changed."""
+    folder.mkdir()
+    with Recorder(folder, mission_name="small", epoch_ns=0) as recorder:
+        for message in Recording(source).messages():
+            data = message.data
+            if message.topic == f"decision/{agent}":
+                record = msgspec.json.decode(data, type=DecisionRecord)
+                if record.tick == tick:
+                    data = encode(msgspec.structs.replace(record, **fields))
+            recorder.write(message.topic, message.t_us, data)
+    return folder
+
+
+def test_the_planners_decide_the_same_again(flown):
+    folder, _ = flown
+    whole = verify(folder)
+    assert whole.ok
+    assert whole.decisions > 100
+    middle = verify(folder, from_s=40.0)
+    assert middle.ok
+    assert 0 < middle.decisions < whole.decisions
+
+
+@pytest.mark.parametrize(
+    ("fields", "word"),
+    [({"values": [1.0, 2.0, 3.0]}, "values"), ({"note": "elsewhere"}, "note")],
+)
+def test_a_changed_decision_is_named(flown, tmp_path, fields, word):
+    folder = changed(flown[0], tmp_path / "changed", 2, 7, **fields)
+    result = verify(folder)
+    assert not result.ok
+    assert "agent 2, decision 7" in result.difference
+    assert word in result.difference
+    done = CliRunner().invoke(main, ["replay", str(folder), "--verify"])
+    assert done.exit_code == 1
+    assert "agent 2, decision 7" in done.output
+
+
+def test_a_changed_frame_shows_in_the_decisions_that_follow(flown, tmp_path):
+    folder = tmp_path / "deaf"
+    folder.mkdir()
+    with Recorder(folder, mission_name="small", epoch_ns=0) as recorder:
+        for message in Recording(flown[0]).messages():
+            if message.topic != "heard/3":
+                recorder.write(message.topic, message.t_us, message.data)
+    result = verify(folder)
+    assert "agent 3" in result.difference
+
+
+def test_a_watch_sees_a_played_mission_as_it_was(flown):
+    folder, result = flown
+    hub = LocalHub()
+    watch = MissionWatch(hub.bus())
+    count = play(folder, hub.bus(), SteppedClock())
+    watch.poll()
+    assert count > 500
+    assert watch.ended
+    assert watch.facts.name == "small"
+    assert len(watch.declared) == len(result.false_targets) + result.found
+    _, seen = watch.merged()
+    assert seen.mean() == pytest.approx(result.coverage)
+
+
+def test_a_report_of_the_recording_equals_the_flights(flown, tmp_path):
+    folder, result = flown
+    done = CliRunner().invoke(main, ["report", str(folder), "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    ours = json.loads((tmp_path / "summary.json").read_text())
+    assert ours["digest"] == result.digest
+    assert ours["coverage"] == result.coverage
+    assert (tmp_path / "report.html").exists()
+
+
+def test_a_recording_that_was_cut_off_verifies_as_far_as_it_goes(flown, tmp_path):
+    whole = (flown[0] / "mission.mcap").read_bytes()
+    shutil.copy(flown[0] / "mission.toml", tmp_path)
+    (tmp_path / "mission.mcap").write_bytes(whole[: len(whole) // 2])
+    result = verify(tmp_path)
+    assert result.ok
+    assert result.decisions > 10
+
+
+@pytest.mark.parametrize("command", [["replay"], ["replay", "--verify"], ["report"]])
+def test_what_is_no_recording_is_one_line_and_status_2(tmp_path, command):
+    path = tmp_path / "mission.mcap"
+    path.write_bytes(b"not a recording")
+    done = CliRunner().invoke(main, [command[0], str(path), *command[1:]])
+    assert done.exit_code == 2
+    assert str(path) in done.output

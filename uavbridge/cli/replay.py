@@ -1,0 +1,64 @@
+"""``uavbridge replay`` and ``uavbridge report``: what a recording has to tell."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from uavbridge.errors import ConfigError
+
+
+@click.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.option("--speed", type=float, default=1.0, show_default=True, help="Times real time.")
+@click.option("--listen", metavar="ENDPOINT", default="auto", show_default=True, help="Router's.")
+@click.option("--verify", is_flag=True, help="Take every decision again instead, and compare.")
+@click.option("--from", "from_s", type=float, default=0.0, help="Verify from this mission time, s.")
+@click.pass_context
+def replay(ctx: click.Context, /, recording: Path, **options: Any) -> None:
+    """Play RECORDING (mission.mcap, or its folder) to any monitor, or verify it.
+
+    Exit status of --verify: 0 when every decision is taken again as recorded, 1 when not.
+    """
+    if options["speed"] <= 0:
+        raise ConfigError(f"--speed: must be above 0, not {options['speed']:g}")
+    if options["verify"]:
+        from uavbridge.replay.verify import verify
+
+        result = verify(recording, from_s=options["from_s"])
+        if not result.ok:
+            click.echo(result.difference, err=True)
+            ctx.exit(1)
+        click.echo(f"{result.decisions} decisions taken again, none differs")
+        return
+    from uavbridge.bus.zenoh_bus import Router, ZenohBus
+    from uavbridge.clock import PacedClock
+    from uavbridge.replay.play import mission_name, play
+
+    name = mission_name(recording)
+    with Router(options["listen"]) as router, ZenohBus(router.endpoint, name) as bus:
+        click.echo(f"zenoh router {router.endpoint}, keys uavbridge/{name}/**")
+        count = play(recording, bus, PacedClock(options["speed"]))
+    click.echo(f"{count} messages played")
+
+
+@click.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), help="Folder; else the recording's own.")
+def report(recording: Path, out: Path | None) -> None:
+    """Write report.html and summary.json of RECORDING, also of a flight that was cut short."""
+    from uavbridge.report.page import write_report
+    from uavbridge.report.recorded import recorded_result
+    from uavbridge.report.summary import summary_text
+
+    result = recorded_result(recording)
+    folder = out or Path(result.out)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        page = write_report(result, folder)
+    except OSError as fault:
+        raise ConfigError(f"--out: cannot write to {folder}: {fault.strerror}") from None
+    click.echo(summary_text(result))
+    click.echo(f"\n{page}")

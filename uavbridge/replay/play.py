@@ -1,0 +1,80 @@
+"""A recording on the bus again, for any monitor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+
+from uavbridge.bus import keys
+from uavbridge.bus.api import Bus
+from uavbridge.clock import Clock
+from uavbridge.errors import ConfigError
+from uavbridge.recording.reader import Message, Recording
+from uavbridge.recording.topics import EventRecord
+
+TILE = (0, 0)  # a monitor hears all tiles; which one it was is not recorded
+
+
+def mission_name(path: Path) -> str:
+    """The name of the mission that was recorded. Raises ConfigError for no recording."""
+    name: str = Recording(path).mission_name
+    return name
+
+
+def play(
+    path: Path,
+    bus: Bus,
+    clock: Clock,
+    *,
+    stop: Callable[[], bool] = lambda: False,
+    progress: Callable[[int], None] = lambda _t_us: None,
+) -> int:
+    """Publish what was recorded when it is due again; the number of messages published.
+
+    Args:
+        path: of ``mission.mcap``, or of the folder it lies in.
+        bus: of the mission's name.
+        clock: begins with the replay; its speed is the replay's.
+        stop: asked before each message.
+        progress: told the mission time of each message.
+
+    Raises:
+        ConfigError: it is no recording.
+    """
+    recording = Recording(path)
+    published = 0
+    for message in recording.messages():
+        if stop():
+            break
+        key = _key(message)
+        if key is None:
+            continue
+        clock.wait_until(message.t_us)
+        progress(message.t_us)
+        if key == keys.MISSION:
+            text = message.data
+            bus.serve(keys.MISSION, lambda _key, text=text: text)  # type: ignore[misc]
+        bus.publish(key, message.data)
+        published += 1
+    if not published:
+        raise ConfigError(f"{recording.path}: nothing in it to play")
+    return published
+
+
+def _key(message: Message) -> str | None:
+    """The key that a message was published on; None for what never was."""
+    space, _, name = message.topic.partition("/")
+    if space == "air":
+        return keys.air(TILE, name)
+    if space == "state":
+        return keys.state(name)
+    if space == "mission":
+        return keys.MISSION
+    if space == "truth":
+        return keys.TRUTH
+    if space == "event":
+        agent = msgspec.json.decode(message.data, type=EventRecord).agent
+        return keys.event(agent) if isinstance(agent, int) else None
+    return None

@@ -1,0 +1,178 @@
+"""Do the planners decide the same again on what a recording says they knew?
+
+Each agent's hearing and map are put together anew from the frames that the radio
+delivered to it and from its own readings, in recorded order; each decision is
+taken again from the recorded own state and the recorded memory after the one
+before, so that verifying may begin at any point.
+"""
+
+from __future__ import annotations
+
+from base64 import b64decode
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from planners.memory import loads
+from planners.planner import PlannerKind
+from planners.types import Reading
+from uavbridge.agent.agent import view_of
+from uavbridge.agent.effects import Decided
+from uavbridge.agent.hearing import Hearing
+from uavbridge.agent.mapping import Mapping
+from uavbridge.agent.plan import AgentPlan
+from uavbridge.bus.wire import Frame, decode
+from uavbridge.clock import to_s, to_us
+from uavbridge.config import parse
+from uavbridge.errors import ConfigError, UavbridgeError
+from uavbridge.recording.decisions import decision_record, differences
+from uavbridge.recording.reader import Message, Recording
+from uavbridge.recording.topics import (
+    DecisionRecord,
+    MissionRecord,
+    ReadingRecord,
+    unpack_heard,
+)
+from uavbridge.rng import stream
+from uavbridge.runner import assemble
+
+DELIVERED = 0  # outcome code in ``heard``
+
+
+@dataclass(frozen=True, slots=True)
+class Verified:
+    """What came of it."""
+
+    decisions: int  # taken again
+    difference: str = ""  # the first one that is not as recorded; empty: none
+
+    @property
+    def ok(self) -> bool:
+        """Every decision was taken again as recorded."""
+        return not self.difference
+
+
+@dataclass(slots=True, eq=False)
+class _Mind:
+    """What one agent knew."""
+
+    plan: AgentPlan
+    mapping: Mapping
+    hearing: Hearing = field(default_factory=Hearing)
+    readings: list[Reading] = field(default_factory=list)
+    memory: str = ""  # after the decision before, as recorded
+
+
+class _DiffersError(UavbridgeError):
+    """A decision is not as recorded."""
+
+
+def verify(
+    path: Path,
+    *,
+    from_s: float = 0.0,
+    kind: PlannerKind | None = None,
+    progress: Callable[[int], None] = lambda _t_us: None,
+) -> Verified:
+    """Take the decisions of a recording again.
+
+    Args:
+        path: of ``mission.mcap``, or of the folder it lies in.
+        from_s: mission time from which on decisions are compared.
+        kind: the planner; None: the installed one that the mission names.
+        progress: told the mission time as it goes.
+
+    Raises:
+        ConfigError: no recording, or its planner is not there.
+    """
+    recording = Recording(path)
+    messages = recording.messages()
+    first = next(messages, None)
+    if first is None or first.topic != "mission":
+        raise ConfigError(f"{recording.path}: does not begin with its mission")
+    head = msgspec.json.decode(first.data, type=MissionRecord)
+    mission = parse(head.text, str(recording.path))
+    planner = assemble.planner_of(mission, kind)
+    plans = assemble.agent_plans(mission.for_agents(), planner)
+    minds = {plan.agent: _Mind(plan, Mapping(plan)) for plan in plans}
+    frames: dict[tuple[int, int], Frame] = {}
+    taken = 0
+    try:
+        for message in messages:
+            progress(message.t_us)
+            taken += _take(message, minds, frames, to_us(from_s))
+    except _DiffersError as difference:
+        return Verified(taken, str(difference))
+    return Verified(taken)
+
+
+def _take(
+    message: Message, minds: dict[int, _Mind], frames: dict[tuple[int, int], Frame], from_us: int
+) -> int:
+    """One recorded message; 1 when it was a decision that was compared."""
+    space, _, name = message.topic.partition("/")
+    if space == "air":
+        frame = decode(message.data)
+        if frame is not None:
+            frames[frame.sender, frame.tick] = frame
+    elif space == "heard":
+        _hear(minds[int(name)], message.data, frames)
+    elif space == "obs":
+        record = msgspec.json.decode(message.data, type=ReadingRecord)
+        reading = Reading(record.taken_us, (record.column, record.row), record.detected)
+        mind = minds[int(name)]
+        mind.mapping.observe(reading)
+        mind.readings.append(reading)
+    elif space == "decision":
+        decision = msgspec.json.decode(message.data, type=DecisionRecord)
+        return _decide(minds[int(name)], message.t_us, decision, message.t_us >= from_us)
+    return 0
+
+
+def _hear(mind: _Mind, data: bytes, frames: dict[tuple[int, int], Frame]) -> None:
+    heard = [
+        frames[int(row["sender"]), int(row["tick"])]
+        for row in unpack_heard(data)
+        if row["outcome"] == DELIVERED
+    ]
+    for frame in heard:
+        mind.hearing.frame(frame)
+    mind.mapping.merge(heard)
+
+
+def _decide(mind: _Mind, t_us: int, recorded: DecisionRecord, compare: bool) -> int:
+    plan = mind.plan
+    position, velocity = np.array(recorded.position), np.array(recorded.velocity)
+    own = (position, velocity, recorded.heading)
+    if compare:
+        view = view_of(
+            plan.agent, recorded.tick, t_us, own, mind.hearing, mind.mapping, mind.readings
+        )
+        rng = stream(plan.seed, "planner", plan.agent, recorded.tick)
+        goal, memory = plan.planner.plan(view, _memory(mind, view, recorded), rng)
+        again = decision_record(
+            Decided(recorded.tick, position, velocity, recorded.heading, goal, memory)
+        )
+        if differing := differences(recorded, again):
+            name = differing[0]
+            raise _DiffersError(
+                f"agent {plan.agent}, decision {recorded.tick} at {to_s(t_us):.1f} s: {name} "
+                f"recorded {getattr(recorded, name)!r}, decided {getattr(again, name)!r}"
+            )
+    mind.readings.clear()
+    mind.memory = recorded.memory
+    return int(compare)
+
+
+def _memory(mind: _Mind, view: Any, recorded: DecisionRecord) -> Any:
+    """The memory with which a decision was taken: the one after the decision before."""
+    initial = mind.plan.planner.init(view)
+    if recorded.tick == 0 or initial is None:
+        return initial
+    if not mind.memory:
+        raise ConfigError("this planner's memory has no bytes: its decisions cannot be verified")
+    return loads(type(initial), b64decode(mind.memory))
