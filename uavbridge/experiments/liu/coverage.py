@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planners.types import I64
-from uavbridge.experiments.experiment import Case, Experiment, Outcome, Samples
+from uavbridge.experiments.experiment import FIDELITIES, Case, Experiment, Outcome, Samples
 from uavbridge.experiments.liu import measures
 from uavbridge.experiments.liu.setting import LiuParams
 
@@ -22,7 +22,7 @@ def cases(params: LiuParams) -> list[Case]:
 
 def simulate(case: Case, params: LiuParams, seeds: I64, fidelity: str) -> Samples:
     """Figures at the last cycle, and the curves."""
-    course = measures.course(case, params, seeds)
+    course = measures.course(case, params, seeds, fidelity)
     return {**measures.numbers(course, params), **measures.curves(course, CURVES)}
 
 
@@ -41,6 +41,7 @@ EXPERIMENT = Experiment(
     cases=cases,
     simulate=simulate,
     file=__file__,
+    fidelities=FIDELITIES,
     axis=measures.CURVE,
     plot=plot,
 )

@@ -10,17 +10,38 @@ import numpy as np
 from planners.types import F64, I64
 from uavbridge.experiments.experiment import READING, Axis, Case, Samples, generators
 from uavbridge.experiments.liu.methods import method
-from uavbridge.experiments.liu.setting import TARGETS, LiuParams
+from uavbridge.experiments.liu.setting import TARGETS, Cell, LiuParams
 from uavbridge.experiments.liu.world import Course, search
 
 CURVE = Axis("cycle", tuple(range(0, 201, 5)))
 
 
-def course(case: Case, params: LiuParams, seeds: I64) -> Course:
+def course(case: Case, params: LiuParams, seeds: I64, fidelity: str = "ideal") -> Course:
     """Runs of the case ``{"method": ..., "targets": ...}``, with its reading if it names one."""
     read = reading(params, str(case[READING])) if READING in case else params
     targets = TARGETS if case["targets"] else ()
-    return search(method(str(case["method"]), read), read, generators(seeds), targets)
+    return runs(str(case["method"]), read, seeds, targets, None, fidelity)
+
+
+def runs(
+    name: str,
+    params: LiuParams,
+    seeds: I64,
+    targets: Sequence[Cell],
+    prior: F64 | float | None,
+    fidelity: str,
+) -> Course:
+    """Runs of one method in one fidelity; arguments as of ``world.search``."""
+    if fidelity == "mavlink":
+        from uavbridge.experiments.liu.missions import fly
+
+        return fly(name, params, seeds, targets, prior)
+    if fidelity == "dynamics":
+        from uavbridge.experiments.liu.flown import FlownWorld
+
+        flown = method(name, params, flown=True)
+        return search(flown, params, generators(seeds), targets, prior, FlownWorld)
+    return search(method(name, params), params, generators(seeds), targets, prior)
 
 
 def reading(params: LiuParams, label: str) -> LiuParams:

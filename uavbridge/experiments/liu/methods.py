@@ -29,6 +29,8 @@ from uavbridge.experiments.liu.setting import (
 
 Memory: TypeAlias = dict[str, Any]  # arrays (runs, agents, ...), written in place
 
+_MARGIN_M = 15.0  # in which vehicles turn
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
@@ -198,12 +200,15 @@ class MowerMethod:
         return mower.bind(self.scenario, self.params)
 
 
-def method(name: str, params: LiuParams) -> Method:
-    """A method of the paper, read as the parameters say."""
-    return _METHODS[name](params)
+def method(name: str, params: LiuParams, *, flown: bool = False) -> Method:
+    """A method of the paper, read as the parameters say.
+
+    ``flown``: for vehicles with inertia, which need room to turn.
+    """
+    return _METHODS[name](params, _MARGIN_M if flown else 0.0)
 
 
-def _esustpm(params: LiuParams) -> Method:
+def _esustpm(params: LiuParams, margin_m: float) -> Method:
     own = esustpm.EsustpmParams(
         neighbours=params.neighbours,
         guide_gain=params.guide_gain,
@@ -213,19 +218,19 @@ def _esustpm(params: LiuParams) -> Method:
         speed_reading=params.speed_reading,
         heading_noise_rad=params.heading_noise_rad,
         boundary=params.boundary,
-        margin_m=0.0,
+        margin_m=margin_m,
     )
     tick_s = INTERVAL_S if params.speed_reading == "none" else TICK_S
     return EsustpmMethod(scenario(params, starts(), tick_s), own)
 
 
-def _boids(params: LiuParams) -> Method:
-    return BoidsMethod(scenario(params, starts()), boids.BoidsParams(**_flock(params)))
+def _boids(params: LiuParams, margin_m: float) -> Method:
+    return BoidsMethod(scenario(params, starts()), boids.BoidsParams(**_flock(params, margin_m)))
 
 
-def _guided(params: LiuParams) -> Method:
+def _guided(params: LiuParams, margin_m: float) -> Method:
     own = boids.GuidedBoidsParams(
-        **_flock(params),
+        **_flock(params, margin_m),
         guide=params.guide,
         **_guidance(params),
     )
@@ -241,7 +246,7 @@ def _guidance(params: LiuParams) -> dict[str, Any]:
     }
 
 
-def _flock(params: LiuParams) -> dict[str, Any]:
+def _flock(params: LiuParams, margin_m: float) -> dict[str, Any]:
     return {
         "safe_m": params.safe_m,
         "radius_m": params.radius_m,
@@ -251,25 +256,28 @@ def _flock(params: LiuParams) -> dict[str, Any]:
         "speed_m_s": params.boids_speed_m,
         "heading_noise_rad": params.heading_noise_rad,
         "boundary": params.boundary,
-        "margin_m": 0.0,
+        "margin_m": margin_m,
     }
 
 
-def _random(params: LiuParams) -> Method:
+def _random(params: LiuParams, margin_m: float) -> Method:
     own = random_walk.RandomWalkParams(
-        speed_m_s=params.speed_m, safe_m=params.random_safe_m, margin_m=params.random_safe_m
+        speed_m_s=params.speed_m,
+        safe_m=params.random_safe_m,
+        margin_m=max(params.random_safe_m, margin_m),
     )
     return RandomMethod(scenario(params, starts()), own)
 
 
-def _mower(params: LiuParams) -> Method:
-    own = mower.MowerParams(inset_cells=0.0, speed_m_s=params.speed_m, reach_m=0.001)
+def _mower(params: LiuParams, margin_m: float) -> Method:
+    reach_m = max(margin_m, 0.001)
+    own = mower.MowerParams(inset_cells=0.0, speed_m_s=params.speed_m, reach_m=reach_m)
     lanes = np.array([mower.lanes_loop(GRID, agent, 10, own)[0] for agent in range(10)])
     places = lanes if params.mower_starts == "lanes" else starts()
     return MowerMethod(scenario(params, places), own)
 
 
-_METHODS: Mapping[str, Callable[[LiuParams], Method]] = {
+_METHODS: Mapping[str, Callable[[LiuParams, float], Method]] = {
     "random": _random,
     "mower": _mower,
     "boids": _boids,

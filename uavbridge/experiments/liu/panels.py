@@ -80,7 +80,8 @@ def _run(outcome: Outcome, name: str, targets: bool, cycles: int) -> Course:
     """The first run of a case again, as far as ``cycles``."""
     case: Case = {"method": name, "targets": targets}
     seeds = seeds_of(outcome.experiment, case, outcome.seed, 1)
-    return measures.course(case, replace(outcome.params, cycles=cycles), seeds)
+    shortened = replace(outcome.params, cycles=cycles)
+    return measures.course(case, shortened, seeds, outcome.fidelity)
 
 
 def _start(course: Course, params: LiuParams) -> Course:

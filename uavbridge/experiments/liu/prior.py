@@ -10,11 +10,9 @@ import numpy as np
 from planners.belief.prior import gaussian_prior
 from planners.planner import param
 from planners.types import F64, I64
-from uavbridge.experiments.experiment import Case, Experiment, Outcome, Samples, generators
+from uavbridge.experiments.experiment import FIDELITIES, Case, Experiment, Outcome, Samples
 from uavbridge.experiments.liu import measures
-from uavbridge.experiments.liu.methods import method
 from uavbridge.experiments.liu.setting import GRID, HIDDEN, TARGETS, Cell, LiuParams
-from uavbridge.experiments.liu.world import search
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,7 +61,7 @@ def simulate(case: Case, params: Params, seeds: I64, fidelity: str) -> Samples:
     """Figures at the last cycle, and P of the cells where a target is wrongly expected."""
     name = str(case["prior"])
     start = params.prior if name == "none" else prior_map(params)
-    course = search(method("esustpm", params), params, generators(seeds), TRUTH[name], prior=start)
+    course = measures.runs("esustpm", params, seeds, TRUTH[name], start, fidelity)
     samples = dict(measures.numbers(course, params))
     empty = [cell for cell in TARGETS if cell not in TRUTH[name]]
     if empty:
@@ -87,6 +85,7 @@ EXPERIMENT = Experiment(
     cases=cases,
     simulate=simulate,
     file=__file__,
+    fidelities=FIDELITIES,
     paired=("prior",),
     medians=("coverage_cycle", "target_1_cycle", "target_2_cycle", "target_3_cycle"),
     plot=plot,

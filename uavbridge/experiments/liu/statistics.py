@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planners.types import I64
-from uavbridge.experiments.experiment import Case, Experiment, Outcome, Samples
+from uavbridge.experiments.experiment import FIDELITIES, Case, Experiment, Outcome, Samples
 from uavbridge.experiments.liu import measures
 from uavbridge.experiments.liu.setting import LiuParams
 
@@ -24,7 +24,7 @@ def cases(params: LiuParams) -> list[Case]:
 
 def simulate(case: Case, params: LiuParams, seeds: I64, fidelity: str) -> Samples:
     """Figures at the last cycle, and when things were reached."""
-    return measures.numbers(measures.course(case, params, seeds), params)
+    return measures.numbers(measures.course(case, params, seeds, fidelity), params)
 
 
 def plot(figure: Figure, outcome: Outcome) -> None:
@@ -42,6 +42,7 @@ EXPERIMENT = Experiment(
     cases=cases,
     simulate=simulate,
     file=__file__,
+    fidelities=FIDELITIES,
     medians=(
         "visited_cells",
         "uncertainty",

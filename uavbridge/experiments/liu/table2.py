@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from planners.planner import param
 from planners.types import I64
-from uavbridge.experiments.experiment import READING, Case, Experiment, Outcome, Samples
+from uavbridge.experiments.experiment import FIDELITIES, READING, Case, Experiment, Outcome, Samples
 from uavbridge.experiments.liu import measures, orders
 from uavbridge.experiments.liu.setting import LiuParams
 
@@ -79,7 +79,7 @@ def cases(params: Params) -> list[Case]:
 
 def simulate(case: Case, params: Params, seeds: I64, fidelity: str) -> Samples:
     """Figures at the last cycle."""
-    return measures.numbers(measures.course(case, params, seeds), params)
+    return measures.numbers(measures.course(case, params, seeds, fidelity), params)
 
 
 def remarks(outcome: Outcome) -> list[str]:
@@ -119,6 +119,7 @@ EXPERIMENT = Experiment(
     cases=cases,
     simulate=simulate,
     file=__file__,
+    fidelities=FIDELITIES,
     remarks=remarks,
     plot=plot,
 )

@@ -70,28 +70,35 @@ class World:
         together = self.params.turns == "together"
         known = (self.position.copy(), self.velocity.copy(), self.belief.copy())
         for agent in range(self.position.shape[1]):
-            position, velocity, belief = (
-                known if together else (self.position, self.velocity, self.belief)
-            )
-            others = self._others[agent]
-            seen = Seen(
-                position[:, agent],
-                position[:, others],
-                velocity[:, others],
-                np.ones((len(position), len(others)), np.bool_),
-                belief,
-            )
-            self._fly(agent, self.method.move(self.memory, agent, self.cycle, seen))
+            self._fly(agent, self._decision(agent, known if together else self._now()))
         self.cycle += 1
+
+    def _now(self) -> tuple[F64, F64, F64]:
+        return self.position, self.velocity, self.belief
+
+    def _decision(self, agent: int, known: tuple[F64, F64, F64]) -> F64:
+        """Velocities (runs, 2) m/s that one agent wants."""
+        position, velocity, belief = known
+        others = self._others[agent]
+        present = np.ones((len(position), len(others)), np.bool_)
+        seen = Seen(position[:, agent], position[:, others], velocity[:, others], present, belief)
+        return self.method.move(self.memory, agent, self.cycle, seen)
 
     def _fly(self, agent: int, velocity: F64) -> None:
         flown = np.where(self.running[:, None], velocity, 0.0)
         self.velocity[:, agent] = flown
         self.position[:, agent] += flown * self.method.scenario.tick_s  # Eqs. (10), (11)
+        entered = self._enter(agent)
+        if self.params.update_on == "cycle":
+            entered = self.running
+        self._read(self.cell[:, agent], entered)
+
+    def _enter(self, agent: int) -> Bools:
+        """Which runs (runs,) have the agent in another cell than before; remembers the cell."""
         cell = own_cells(GRID, self.position[:, agent])
         entered = (cell != self.cell[:, agent]).any(axis=-1)
         self.cell[:, agent] = cell
-        self._read(cell, entered if self.params.update_on == "entry" else self.running)
+        return np.asarray(entered & self.running)
 
     def _read(self, cell: I64, which: Bools) -> None:
         """Eqs. (3)-(5) at the cells (runs, 2) of the runs in ``which`` (runs,)."""
@@ -117,6 +124,7 @@ def search(
     draws: Sequence[Generator],
     targets: Sequence[Cell],
     prior: F64 | float | None = None,
+    kind: type[World] = World,
 ) -> Course:
     """Runs of one method.
 
@@ -126,8 +134,9 @@ def search(
         draws: a generator a run.
         targets: cells that hold one.
         prior: the map at the start, (columns, rows) or one number; None: the parameters'.
+        kind: point masses, or another world.
     """
-    world = World(method, params, draws, targets, params.prior if prior is None else prior)
+    world = kind(method, params, draws, targets, params.prior if prior is None else prior)
     runs, points = len(draws), params.cycles + 1
     visited = np.zeros((runs, points), np.int64)
     uncertainty, entropy = np.zeros((2, runs, points))
