@@ -16,14 +16,16 @@ from rich.console import Console
 from planners.planner import PlannerKind
 from uavbridge.clock import SECOND_US, STEPPED_DATE, to_us, wall_date, wall_s
 from uavbridge.config import Mission, to_toml
-from uavbridge.errors import ConfigError
+from uavbridge.errors import UavbridgeError
 from uavbridge.monitor.progress import ProgressView
+from uavbridge.monitor.steady import SteadyConsole
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import MissionRecord, ScoreRecord, known
 from uavbridge.report.page import write_report
 from uavbridge.report.result import MissionResult
 from uavbridge.report.summary import summary_json, summary_text
 from uavbridge.runner import assemble
+from uavbridge.runner.folder import as_flown, prepare
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.judge import Judge
 from uavbridge.runner.outcome import Outcome, result_of, versions
@@ -48,9 +50,8 @@ def launch(mission: Mission, *, kind: PlannerKind | None = None) -> Outcome:
     Raises:
         UavbridgeError: it cannot be flown; the message says why.
     """
-    stem = f"{mission.name}-{wall_date():%Y%m%d-%H%M%S}"
-    folder = Path("runs") / stem if mission.out is None else Path(mission.out)
-    result = fly_and_report(mission, folder, kind=kind, console=Console(stderr=mission.json))
+    console = SteadyConsole(stderr=mission.json)
+    result = fly_and_report(mission, None, kind=kind, console=console)
     good = result.reached_goal and not result.failures
     return Outcome(
         summary=msgspec.json.decode(summary_json(result)),
@@ -61,16 +62,18 @@ def launch(mission: Mission, *, kind: PlannerKind | None = None) -> Outcome:
 
 def fly_and_report(
     mission: Mission,
-    folder: Path,
+    folder: Path | None,
     *,
     kind: PlannerKind | None = None,
     console: Console | None = None,
 ) -> MissionResult:
-    """Fly a mission and leave recording, report and summary in a folder, made if need be."""
-    _prepare(folder, mission)
+    """Fly a mission and leave recording, report and summary in a folder; see ``prepare``."""
+    folder = prepare(mission, folder)
     result = fly(mission, folder=folder, kind=kind, console=console)
-    write_report(result, folder)
-    (folder / "summary.json").write_bytes(summary_json(result))
+    try:
+        write_report(result, folder)
+    except OSError as fault:
+        raise UavbridgeError(f"out: no report in {folder}: {fault.strerror}") from None
     return result
 
 
@@ -87,10 +90,10 @@ def fly(
     date = STEPPED_DATE if stepped else wall_date()
     began_s = wall_s()
     recorder = Recorder(
-        folder or Path(),
+        folder,
         mission_name=mission.name,
         epoch_ns=int(date.timestamp()) * SECOND_US * 1000,
-        mcap=folder is not None and mission.recording.mcap,
+        mcap=mission.recording.mcap,
     )
     flown_us = 0
     with recorder, _interrupts() as stop, _view(mission, console) as view:
@@ -122,19 +125,8 @@ def fly(
     return result
 
 
-def _prepare(folder: Path, mission: Mission) -> None:
-    """Make the output folder. Raises ConfigError when that cannot be."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "mission.toml").write_text(to_toml(mission), encoding="utf-8")
-    except OSError as fault:
-        raise ConfigError(f"out: cannot write to {folder}: {fault.strerror}") from None
-
-
 def _mission_record(mission: Mission) -> MissionRecord:
-    # Where it is written and how it is shown changes nothing of what is flown, nor the digest.
-    flown = msgspec.structs.replace(mission, out=None, headless=False, json=False)
-    return MissionRecord(to_toml(flown), mission.seed, mission.clock, versions())
+    return MissionRecord(to_toml(as_flown(mission)), mission.seed, mission.clock, versions())
 
 
 def _record_score(recorder: Recorder, judge: Judge) -> None:

@@ -1,0 +1,79 @@
+"""The output folder of a mission: one of its own, without what an earlier flight left there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+
+from uavbridge.clock import wall_date
+from uavbridge.config import Mission, to_toml
+from uavbridge.errors import ConfigError
+from uavbridge.recording.recorder import MCAP_NAME
+from uavbridge.recording.tlog import TLOG_PATTERN
+from uavbridge.report.page import REPORT_NAME, SUMMARY_NAME
+
+RUNS = Path("runs")
+MISSION_NAME = "mission.toml"
+_AS_FLOWN = "# The mission as flown, every default spelt out.\n"
+
+
+def as_flown(mission: Mission) -> Mission:
+    """Without where results go and how they are shown, which changes nothing of the flight."""
+    return msgspec.structs.replace(mission, out=None, headless=False, json=False)
+
+
+def prepare(mission: Mission, folder: Path | None = None) -> Path:
+    """Make the output folder and write the mission there.
+
+    Args:
+        mission: to be flown.
+        folder: the one wanted, there already or not; None: the mission's, else a new one
+            under ``runs/`` by name and date.
+
+    Raises:
+        ConfigError: it cannot be written to, or holds a mission file of somebody's own.
+    """
+    if folder is None and mission.out is not None:
+        folder = Path(mission.out)
+    try:
+        folder = _new(mission.name) if folder is None else folder
+        folder.mkdir(parents=True, exist_ok=True)
+        _spare(folder / MISSION_NAME)
+        for old in _left(folder):
+            old.unlink()
+        text = _AS_FLOWN + to_toml(as_flown(mission))
+        (folder / MISSION_NAME).write_text(text, encoding="utf-8")
+    except (OSError, ValueError) as fault:
+        reason = fault.strerror if isinstance(fault, OSError) else str(fault)
+        raise ConfigError(f"out: cannot write to {folder or RUNS}: {reason}") from None
+    return folder
+
+
+def _new(name: str) -> Path:
+    """A folder that nobody else has, however many missions start in this second."""
+    stem = f"{name}-{wall_date():%Y%m%d-%H%M%S}"
+    folder, number = RUNS / stem, 1
+    while True:
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            number += 1
+            folder = RUNS / f"{stem}-{number}"
+        else:
+            return folder
+
+
+def _spare(path: Path) -> None:
+    """Raises ConfigError for a mission file that no flight left: it would be overwritten."""
+    if path.exists() and not path.read_text(encoding="utf-8").startswith(_AS_FLOWN):
+        raise ConfigError(f"out: {path} is a mission of your own; choose another folder")
+
+
+def _left(folder: Path) -> Iterator[Path]:
+    """What an earlier flight left in the folder."""
+    yield from folder.glob(TLOG_PATTERN)
+    for name in (MCAP_NAME, SUMMARY_NAME, REPORT_NAME):
+        if (folder / name).exists():
+            yield folder / name
