@@ -9,6 +9,7 @@ from click.testing import CliRunner
 
 import uavbridge
 from tests.integration.missions import write
+from uavbridge.bus.api import Sample
 from uavbridge.bus.local import LocalHub
 from uavbridge.cli import main
 from uavbridge.clock import SteppedClock
@@ -17,7 +18,9 @@ from uavbridge.recording.reader import Recording
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import DecisionRecord, encode
 from uavbridge.replay.play import play
+from uavbridge.replay.record import Listener
 from uavbridge.replay.verify import verify
+from uavbridge.report.recorded import recorded_result
 
 pytestmark = pytest.mark.integration
 
@@ -93,6 +96,25 @@ def test_a_watch_sees_a_played_mission_as_it_was(flown):
     assert len(watch.declared) == len(result.false_targets) + result.found
     _, seen = watch.merged()
     assert seen.mean() == pytest.approx(result.coverage)
+
+
+def test_what_a_joined_recorder_writes_can_be_reported_and_played(flown, tmp_path):
+    folder, result = flown
+    hub = LocalHub()
+    with Recorder(tmp_path, mission_name="small", epoch_ns=0) as recorder:
+        listener = Listener(recorder)
+        mailbox = hub.bus().subscribe("**")
+        play(folder, hub.bus(), SteppedClock())
+        first, *rest = mailbox.drain()
+        recorder.write("mission", 0, first.data)
+        for sample in rest:
+            listener.take(sample)
+        listener.take(Sample("air/0/0/1", b"garbage"))
+        listener.take(Sample("state/1", b"garbage"))
+    assert listener.ended
+    again = recorded_result(tmp_path)
+    assert again.tracks[2].shape == result.tracks[2].shape
+    assert again.seen.mean() == pytest.approx(result.coverage)
 
 
 def test_a_report_of_the_recording_equals_the_flights(flown, tmp_path):

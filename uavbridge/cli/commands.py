@@ -12,7 +12,8 @@ from uavbridge.cli.command import command
 from uavbridge.cli.experiments import experiment
 from uavbridge.cli.group import Group, echo_json, set_up_logging
 from uavbridge.cli.monitor import monitor
-from uavbridge.cli.replay import replay, report
+from uavbridge.cli.replay import record, replay, report
+from uavbridge.errors import BusError, LinkError
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -80,7 +81,10 @@ def launch(ctx: click.Context, /, mission: str | None, **options: Any) -> None:
     loaded = config.load(mission, _keys(options))
     from uavbridge.runner.launch import launch as fly  # late: it takes a second to import
 
-    outcome = fly(loaded)
+    try:
+        outcome = fly(loaded)
+    except (BusError, LinkError) as error:
+        raise error.at(mission or config.EXAMPLE) from None
     if loaded.json:
         echo_json(outcome.summary)
     else:
@@ -125,6 +129,7 @@ def planners(as_json: bool) -> None:
 
 main.add_command(monitor)
 main.add_command(command)
+main.add_command(record)
 main.add_command(replay)
 main.add_command(report)
 main.add_command(experiment)

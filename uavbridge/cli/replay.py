@@ -1,4 +1,4 @@
-"""``uavbridge replay`` and ``uavbridge report``: what a recording has to tell."""
+"""``uavbridge record``, ``replay`` and ``report``: recordings made, played, told of."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from uavbridge.cli.command import ROUTER, choose_mission
 from uavbridge.errors import ConfigError
 
 
@@ -62,3 +63,31 @@ def report(recording: Path, out: Path | None) -> None:
         raise ConfigError(f"--out: cannot write to {folder}: {fault.strerror}") from None
     click.echo(summary_text(result))
     click.echo(f"\n{page}")
+
+
+@click.command()
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write to.")
+@click.option("--mission", metavar="NAME", help="Which, if more than one flies.")
+@click.option("--router", metavar="ENDPOINT", default=ROUTER, show_default=True, help="Of the bus.")
+def record(out: Path, mission: str | None, router: str) -> None:
+    """Join a flying mission and record what its bus carries, until it ends or Ctrl-C."""
+    from uavbridge.bus.zenoh_bus import ZenohBus, find_missions
+    from uavbridge.clock import SECOND_US, wall_date
+    from uavbridge.recording.recorder import Recorder
+    from uavbridge.replay.record import record as write_down
+    from uavbridge.runner.interrupts import interrupts
+
+    name = choose_mission(find_missions(router), mission, router)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        raise ConfigError(f"--out: cannot write to {out}: {fault.strerror}") from None
+    epoch_ns = int(wall_date().timestamp()) * SECOND_US * 1000
+    with (
+        ZenohBus(router, name) as bus,
+        Recorder(out, mission_name=name, epoch_ns=epoch_ns) as recorder,
+        interrupts("recording ends") as stop,
+    ):
+        click.echo(f"recording {name} to {out}, Ctrl-C ends it", err=True)
+        count = write_down(bus, recorder, stop=stop)
+    click.echo(f"{count} messages in {out}")

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import logging
-import signal
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 
 import msgspec
 from rich.console import Console
@@ -27,17 +24,16 @@ from uavbridge.report.summary import summary_json, summary_text
 from uavbridge.runner import assemble
 from uavbridge.runner.folder import as_flown, prepare
 from uavbridge.runner.host import AgentHost
+from uavbridge.runner.interrupts import interrupts
 from uavbridge.runner.judge import Judge
 from uavbridge.runner.outcome import Outcome, result_of, versions
 from uavbridge.runner.paced import fly_paced
 from uavbridge.runner.snapshot import facts_of, snapshot_of
 from uavbridge.runner.stepped import fly_stepped
 
+HOMEWARDS = "all vehicles return; once more (Ctrl-C) stops at once"
+
 _log = logging.getLogger(__name__)
-
-
-class Interrupted(KeyboardInterrupt):
-    """Ctrl-C for the second time: stop at once."""
 
 
 def launch(mission: Mission, *, kind: PlannerKind | None = None) -> Outcome:
@@ -96,7 +92,7 @@ def fly(
         mcap=mission.recording.mcap,
     )
     flown_us = 0
-    with recorder, _interrupts() as stop, _view(mission, console) as view:
+    with recorder, interrupts(HOMEWARDS) as stop, _view(mission, console) as view:
         recorder.record("mission", 0, _mission_record(mission))
 
         def progress(t_us: int, judge: Judge, host: AgentHost) -> None:
@@ -135,32 +131,6 @@ def _record_score(recorder: Recorder, judge: Judge) -> None:
         last.coverage, last.entropy, last.uncertainty, last.found, known(last.separation_m)
     )
     recorder.record("score", last.t_us, record)
-
-
-@contextmanager
-def _interrupts() -> Iterator[Callable[[], bool]]:
-    """Ctrl-C and SIGTERM ask for an orderly end; a second one raises ``Interrupted``.
-
-    Off the main thread, where Python takes no signals, nothing asks.
-    """
-    asked = 0
-    if threading.current_thread() is not threading.main_thread():
-        yield lambda: False
-        return
-
-    def on_signal(number: int, _frame: FrameType | None) -> None:
-        nonlocal asked
-        asked += 1
-        if asked > 1:
-            raise Interrupted
-        _log.warning("all vehicles return; once more (Ctrl-C) stops at once")
-
-    before = {s: signal.signal(s, on_signal) for s in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield lambda: asked > 0
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 @contextmanager
