@@ -11,6 +11,7 @@ from enum import Enum
 import msgspec
 from msgspec import Struct
 
+from uavbridge.bus.text import read
 from uavbridge.bus.wire import POSITION_LIMIT_M, Vector
 
 
@@ -72,7 +73,7 @@ def decode(data: bytes) -> Order:
     Raises:
         ValueError: not an order; the message says why (msgspec's errors are ValueErrors).
     """
-    wire = _DECODER.decode(data)
+    wire = read(_DECODER, data)
     verb = Verb(wire.order)
     if wire.position is None:
         if verb is Verb.GOTO:
@@ -91,4 +92,4 @@ def encode_ack(ack: Ack) -> bytes:
 
 def decode_ack(data: bytes) -> Ack:
     """An answer from the wire. Raises msgspec.DecodeError for anything else."""
-    return _ACK.decode(data)
+    return read(_ACK, data)

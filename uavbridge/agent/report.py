@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from msgspec import DecodeError, Struct
+from msgspec import Struct
 from msgspec.json import Decoder, Encoder
+
+from uavbridge.bus.text import read
 
 
 class AgentReport(Struct, frozen=True):
@@ -42,7 +44,4 @@ def encode(report: AgentReport) -> bytes:
 
 def decode(data: bytes) -> AgentReport:
     """From JSON. Raises msgspec.DecodeError for anything else."""
-    try:
-        return _DECODER.decode(data)
-    except (UnicodeDecodeError, RecursionError) as fault:  # a text that is no UTF-8; [[[[...
-        raise DecodeError(str(fault)) from None
+    return read(_DECODER, data)

@@ -157,7 +157,7 @@ class Channel(ABC, Generic[M]):
             by agent, in ascending order of sender, then of sending.
         """
         if self._truth is not None:
-            self._truth.poll()
+            self._truth.poll(t_us + to_us(FUTURE_S))
         self._accept(self._listening.drain(), t_us)
         if t_us >= self._follow_us:
             self._follow_us = t_us + to_us(FOLLOW_S)

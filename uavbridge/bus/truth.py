@@ -70,13 +70,15 @@ class TruthTrack:
         self._positions[self._count] = positions
         self._count += 1
 
-    def poll(self) -> None:
-        """Take in what the bus brought."""
+    def poll(self, latest_us: int) -> None:
+        """Take in what the bus brought; what is dated after ``latest_us`` is counted alone."""
         if self._mailbox is None:
             return
         for sample in self._mailbox.drain():
             truth = decode_truth(sample.data, self.rejects)
-            if truth is not None:
+            if truth is not None and truth.t_us > latest_us:
+                self.rejects["future"] += 1
+            elif truth is not None:
                 self.add(truth.t_us, truth.ids, truth.position)
 
     @property

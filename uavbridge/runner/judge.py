@@ -26,7 +26,9 @@ from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.agent.report import AgentReport, decode
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
+from uavbridge.bus.channel import FUTURE_S
 from uavbridge.bus.messages import decode_truth
+from uavbridge.bus.wire import Frame
 from uavbridge.bus.wire import decode as decode_frame
 from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.config import Mission, to_toml
@@ -147,7 +149,7 @@ class Judge:
                 if self._recorder:
                     self._recorder.write("truth", truth.t_us, sample.data)
         for sample in self._states.drain():
-            self._report(sample.data)
+            self._report(*sample, t_us)
         for sample in self._orders.drain():
             self._overhear(sample.data)
         if t_us % SECOND_US == 0:
@@ -173,11 +175,8 @@ class Judge:
             self._bus.publish(keys.MISSION, self._record)
         for sample in self._frames.drain():
             frame = decode_frame(sample.data, self.rejects)
-            if frame is None or frame.rule != self._rule.code:
-                continue
-            records = unpack(self._rule, frame.cells)
-            if records is not None and len(records):
-                self.union, _ = self._onlooker.merge(self.union, records)
+            if frame and self._is_theirs(sample.key, frame.sender, frame.t_us, t_us):
+                self._merge(frame)
         for report in self.reports.values():
             if report.phase != _BLIND:
                 self.tracks.setdefault(report.agent, []).append(report.position)
@@ -212,11 +211,36 @@ class Judge:
         _log.info("%.0f s: %s, all return", to_s(t_us), verdict.value)
         self._bus.publish(keys.cmd(), _GO_HOME)
 
-    def _report(self, data: bytes) -> None:
+    def _is_theirs(self, key: str, sender: int, sent_us: int, t_us: int) -> bool:
+        """Whether one of the team sent it, under its own key, and not tomorrow; else counted."""
+        if sender != keys.agent_of(key) or sender not in self._team:
+            self.rejects["sender"] += 1
+        elif sent_us > t_us + to_us(FUTURE_S):
+            self.rejects["future"] += 1
+        else:
+            return True
+        return False
+
+    def _merge(self, frame: Frame) -> None:
+        """Add what a frame tells of cells to the union."""
+        records = unpack(self._rule, frame.cells) if frame.rule == self._rule.code else None
+        if records is None:
+            self.rejects["cells"] += 1
+            return
+        # As agents do: nothing can have been observed after it was sent.
+        honest = records[self._rule.valid(self.union, records, until_us=frame.t_us)]
+        if len(honest) < len(records):
+            self.rejects["cells"] += len(records) - len(honest)
+        if len(honest):
+            self.union, _ = self._onlooker.merge(self.union, honest)
+
+    def _report(self, key: str, data: bytes, t_us: int) -> None:
         try:
             report = decode(data)
         except msgspec.DecodeError:
             self.rejects["report"] += 1
+            return
+        if not self._is_theirs(key, report.agent, report.t_us, t_us):
             return
         self.reports[report.agent] = report
         for column, row, t_us in report.declared:

@@ -58,6 +58,9 @@ def test_it_follows_the_bus_and_counts_what_it_cannot_read() -> None:
     truth = TruthTrack(bus)
     bus.publish("world/truth", encode_truth(Truth(5, (1,), np.ones((1, 3)))))
     bus.publish("world/truth", b"nonsense")
-    truth.poll()
+    bus.publish("world/truth", encode_truth(Truth(90, (1,), np.zeros((1, 3)))))
+    truth.poll(50)
     assert truth.at(5, 1) == (1.0, 1.0, 1.0)
-    assert truth.rejects.total() == 1
+    assert truth.newest_us == 5
+    assert truth.rejects["future"] == 1
+    assert truth.rejects.total() == 2

@@ -164,3 +164,42 @@ def test_the_union_is_what_anybody_saw_whatever_the_rule(merge):
         assert two_looks > one_look
     else:
         assert two_looks == one_look  # the newest value, whoever holds others
+
+
+@pytest.mark.parametrize(
+    "report",
+    [b'{"agent":1,"phase":"\xd2\xff"}', b'{"x":' + b"[" * 200_000, b"[]", b"", b"\xff" * 40],
+)
+def test_no_report_whatever_its_bytes_stops_the_judge(report):
+    stage = Stage()
+    stage.bus.publish(keys.state(1), report)
+    stage.second(1)
+    assert stage.judge.rejects == {"report": 1}
+
+
+def test_reports_of_others_of_strangers_and_from_the_future_do_not_count():
+    stage = Stage()
+    stage.report(1, SECOND)
+    (sample,) = stage.judge._states.drain()
+    stage.bus.publish(keys.state(2), sample.data)
+    stage.report(99, SECOND)
+    stage.report(2, 60 * SECOND)
+    stage.second(1)
+    assert stage.judge.reports == {}
+    assert stage.judge.rejects == {"sender": 2, "future": 1}
+
+
+def test_frames_of_others_and_looks_from_the_future_do_not_count():
+    stage = Stage()
+    frames = stage.bus.subscribe("air/**")
+    stage.seen(1, [(0, 0)], SECOND)
+    (sample,) = frames.drain()
+    stage.bus.publish(keys.air((0, 0), 2), sample.data)
+    stage.bus.publish(keys.air((0, 0), 77), sample.data)
+    stage.second(1)
+    assert stage.judge.seen_share == pytest.approx(0.01)
+    assert stage.judge.rejects == {"sender": 2}
+    stage.seen(1, [(1, 1)], 30 * SECOND)
+    stage.second(2)
+    assert stage.judge.seen_share == pytest.approx(0.01)
+    assert stage.judge.rejects == {"sender": 2, "future": 1}
