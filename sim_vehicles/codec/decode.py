@@ -7,6 +7,7 @@ Frames of messages outside the dialect can not be checked: they are dropped.
 from __future__ import annotations
 
 import logging
+import re
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -18,6 +19,7 @@ _log = logging.getLogger(__name__)
 _crc = crc16.mcrf4xx
 _STX2: Final = 0xFD
 _STX1: Final = 0xFE
+_next_start = re.compile(rb"[\xfd\xfe]").search
 _SIGNED: Final = 0x01
 _SIGNATURE_BYTES: Final = 13
 _ZEROS: Final = bytes(255)
@@ -105,8 +107,10 @@ def _frame(data: bytes, at: int, packets: list[Packet], counts: Counts) -> int:
         return _frame2(data, at, packets, counts)
     if marker == _STX1:
         return _frame1(data, at, packets, counts)
-    counts.noise += 1
-    return 1
+    start = _next_start(data, at)
+    stray = (start.start() if start else len(data)) - at
+    counts.noise += stray
+    return stray
 
 
 def _frame2(data: bytes, at: int, packets: list[Packet], counts: Counts) -> int:

@@ -155,7 +155,7 @@ def _start_mission(endpoint: Endpoint, order: Order) -> int:
     if steps and not 0 <= first < steps:
         return DENIED
     if steps:
-        pilot.set_current(i, first)
+        _go_on_from(endpoint, first)
     return _change(endpoint, Mode.MISSION)
 
 
@@ -166,8 +166,13 @@ def _set_mission_current(endpoint: Endpoint, order: Order) -> int:
         return ACCEPTED  # no change
     if step >= len(pilot.plans[i].steps):
         return DENIED
-    pilot.set_current(i, step)
+    _go_on_from(endpoint, step)
     return ACCEPTED
+
+
+def _go_on_from(endpoint: Endpoint, step: int) -> None:
+    endpoint.pilot.set_current(endpoint.index, step)
+    endpoint.services.report.plan(endpoint.index)
 
 
 def _terminate(endpoint: Endpoint, order: Order) -> int:

@@ -151,6 +151,11 @@ def test_set_current_item(station):
     assert gcs.texts[-1] == "Mission has no item 9"
     assert gcs.command(224, 2) == 0
     assert gcs.command(224, 7) == 2
+    assert gcs.command(512, 42) == 0
+    assert gcs.newest("MISSION_CURRENT").seq == 2
+    assert gcs.command(300, 1) == 0
+    assert gcs.command(512, 42) == 0
+    assert gcs.newest("MISSION_CURRENT").seq == 1
 
 
 def test_mission_mode_without_a_mission_is_refused(station):
