@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 
 class UavbridgeError(Exception):
     """Root of all errors that a user is told of in one line."""
 
     exit_status = 1
+
+    def at(self, place: str) -> Self:
+        """The same, with the file or the key that it is about before it."""
+        return type(self)(f"{place}: {self}")
 
 
 class ConfigError(UavbridgeError):

@@ -146,7 +146,7 @@ def test_router_port_in_use(tmp_path):
         port = taken.getsockname()[1]
         text = SMALL + f'\n[bus]\nlisten = "tcp/127.0.0.1:{port}"\n'
         done = launch(write(tmp_path, text), "--out", tmp_path / "o", "--clock", "paced")
-    one_line(done, 1, f"127.0.0.1:{port}", "in use")
+    one_line(done, 1, "small.toml: bus.listen: ", f"127.0.0.1:{port}", "in use")
 
 
 def test_router_that_is_not_there(tmp_path):
@@ -154,7 +154,7 @@ def test_router_that_is_not_there(tmp_path):
         probe.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
     done = launch(write(tmp_path), "--router", endpoint, "--out", tmp_path / "o")
-    one_line(done, 1, endpoint)
+    one_line(done, 1, "small.toml: bus.router: ", endpoint)
 
 
 def test_vehicle_port_in_use(tmp_path):
@@ -163,7 +163,42 @@ def test_vehicle_port_in_use(tmp_path):
         port = taken.getsockname()[1]
         text = SMALL + f"\n[simulator]\nports = {port}\n"
         done = launch(write(tmp_path, text), "--out", tmp_path / "o", "--clock", "paced")
-    one_line(done, 1, str(port), "in use")
+    one_line(done, 1, "small.toml: simulator.ports: ", str(port), "in use")
+
+
+def test_endpoint_port_in_use(tmp_path):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        text = SMALL + f'\n[[agents]]\nid = 2\nendpoint = "udpin:127.0.0.1:{port}"\n'
+        done = launch(write(tmp_path, text), "--out", tmp_path / "o", "--clock", "paced")
+    one_line(done, 1, "small.toml: endpoint of agent 2: ", str(port), "in use")
+
+
+def test_files_where_it_starts_do_not_get_in_the_way(tmp_path):
+    for name in ("planners", "numpy", "zenoh"):
+        (tmp_path / f"{name}.py").write_text("raise RuntimeError")
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "uavbridge", "launch", write(tmp_path), "--clock", "paced",
+         "--duration", "1", "--speed", "10", "--out", "o", "--json"],
+        capture_output=True, text=True, check=False, cwd=tmp_path, timeout=60,
+    )  # fmt: skip
+    assert {agent["state"] for agent in document(done)["agents"]} <= {"landed", "failed"}
+
+
+def test_a_reader_that_goes_away_does_not_end_the_flight(tmp_path):
+    arguments = ["launch", write(tmp_path), "--clock", "stepped", "--out", tmp_path / "o"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "uavbridge", *map(str, arguments)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    process.stdout.readline()
+    process.stdout.close()
+    _, errors = process.communicate(timeout=100)
+    assert "Traceback" not in errors
+    summary = json.loads((tmp_path / "o" / "summary.json").read_text())
+    assert {agent["state"] for agent in summary["agents"]} == {"landed"}
 
 
 def test_an_endpoint_that_never_answers_costs_only_itself(tmp_path):

@@ -84,7 +84,7 @@ def launch(ctx: click.Context, /, mission: str | None, **options: Any) -> None:
     try:
         outcome = fly(loaded)
     except (BusError, LinkError) as error:
-        raise error.at(mission or config.EXAMPLE) from None
+        raise error.at(mission or "built-in example") from None
     if loaded.json:
         echo_json(outcome.summary)
     else:

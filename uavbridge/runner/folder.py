@@ -15,7 +15,7 @@ from uavbridge.recording.tlog import TLOG_PATTERN
 from uavbridge.report.page import REPORT_NAME, SUMMARY_NAME
 
 RUNS = Path("runs")
-MISSION_NAME = "mission.toml"
+MISSION_NAME, OTHER_NAME = "mission.toml", "mission-as-flown.toml"
 _AS_FLOWN = "# The mission as flown, every default spelt out.\n"
 
 
@@ -33,18 +33,17 @@ def prepare(mission: Mission, folder: Path | None = None) -> Path:
             under ``runs/`` by name and date.
 
     Raises:
-        ConfigError: it cannot be written to, or holds a mission file of somebody's own.
+        ConfigError: it cannot be written to.
     """
     if folder is None and mission.out is not None:
         folder = Path(mission.out)
     try:
         folder = _new(mission.name) if folder is None else folder
         folder.mkdir(parents=True, exist_ok=True)
-        _spare(folder / MISSION_NAME)
         for old in _left(folder):
             old.unlink()
         text = _AS_FLOWN + to_toml(as_flown(mission))
-        (folder / MISSION_NAME).write_text(text, encoding="utf-8")
+        _mission_file(folder).write_text(text, encoding="utf-8")
     except (OSError, ValueError) as fault:
         reason = fault.strerror if isinstance(fault, OSError) else str(fault)
         raise ConfigError(f"out: cannot write to {folder or RUNS}: {reason}") from None
@@ -65,10 +64,11 @@ def _new(name: str) -> Path:
             return folder
 
 
-def _spare(path: Path) -> None:
-    """Raises ConfigError for a mission file that no flight left: it would be overwritten."""
-    if path.exists() and not path.read_text(encoding="utf-8").startswith(_AS_FLOWN):
-        raise ConfigError(f"out: {path} is a mission of your own; choose another folder")
+def _mission_file(folder: Path) -> Path:
+    """Where the mission as flown goes: somebody's own mission of that name stays as it is."""
+    path = folder / MISSION_NAME
+    own = path.exists() and not path.read_text(encoding="utf-8").startswith(_AS_FLOWN)
+    return folder / OTHER_NAME if own else path
 
 
 def _left(folder: Path) -> Iterator[Path]:

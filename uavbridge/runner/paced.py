@@ -9,13 +9,14 @@ links and mailboxes are drained when a control tick is due, and nothing blocks.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 
 from planners.planner import Planner
 from uavbridge.bus.zenoh_bus import Router, ZenohBus
 from uavbridge.clock import SECOND_US, PacedClock, to_s
 from uavbridge.config import Mission
+from uavbridge.errors import UavbridgeError
 from uavbridge.mavlink.link import Link
 from uavbridge.mavlink.udp import UdpLink
 from uavbridge.mavlink.urls import open_link
@@ -52,19 +53,22 @@ def fly_paced(
         tell: is told what people need to know at the start.
 
     Raises:
-        BusError: no router, or its port is in use.
-        LinkError: a port is in use.
+        BusError: no router, or its port is in use; the message names the key.
+        LinkError: a port is in use; likewise.
     """
     plans = assemble.agent_plans(mission.for_agents(), planner)
     with ExitStack() as stack:
         endpoint = mission.bus.router
         if endpoint is None:
-            endpoint = stack.enter_context(Router(mission.bus.listen)).endpoint
-        bus = stack.enter_context(ZenohBus(endpoint, mission.name))
+            with _about("bus.listen"):
+                endpoint = stack.enter_context(Router(mission.bus.listen)).endpoint
+        with _about("bus.router"):
+            bus = stack.enter_context(ZenohBus(endpoint, mission.name))
         tell(f"zenoh router {endpoint}, keys uavbridge/{mission.name}/**")
-        links = {plan.agent: _link(mission, plan.agent, i) for i, plan in enumerate(plans)}
-        for link in links.values():
-            stack.callback(link.close)
+        links: dict[int, Link] = {}
+        for place, plan in enumerate(plans):
+            links[plan.agent] = _link(mission, plan.agent, place)
+            stack.callback(links[plan.agent].close)
         ports = {agent: link.port for agent, link in links.items() if isinstance(link, UdpLink)}
         simulated = [plan.agent for plan in plans if mission.endpoint(plan.agent) is None]
         simulation = stack.enter_context(
@@ -115,6 +119,17 @@ def _loop(
 def _link(mission: Mission, agent: int, place: int) -> Link:
     url = mission.endpoint(agent)
     if url is not None:
-        return open_link(url)
+        with _about(f"endpoint of agent {agent}"):
+            return open_link(url)
     ports = mission.simulator.ports
-    return UdpLink.bind(LOOPBACK, 0 if ports == "auto" else ports + place)
+    with _about("simulator.ports"):
+        return UdpLink.bind(LOOPBACK, 0 if ports == "auto" else ports + place)
+
+
+@contextmanager
+def _about(key: str) -> Iterator[None]:
+    """Errors within name the mission file's key."""
+    try:
+        yield
+    except UavbridgeError as error:
+        raise error.at(key) from None

@@ -9,11 +9,13 @@ parent, it ends.
 from __future__ import annotations
 
 import asyncio
+import os
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 from types import TracebackType
-from typing import Self
+from typing import BinaryIO, Self
 
 import msgspec
 from msgspec import Struct
@@ -30,6 +32,7 @@ from uavbridge.runner.control import CONTROL_US, LOOPBACK
 from uavbridge.runner.world import SimulatedWorld
 
 START_IN_S = 0.1  # from the word to mission start
+READY = "ready"
 PATIENCE_S = 5.0  # for a child that was told to end
 
 
@@ -60,6 +63,7 @@ class Simulation:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,  # Ctrl-C is for the parent to act on
+            env={**os.environ, "PYTHONPATH": _module_path(), "PYTHONSAFEPATH": "1"},
         )
         setup = msgspec.msgpack.encode(Setup(mission, ports, router))
         self._say(b"%d\n" % len(setup) + setup)
@@ -73,8 +77,10 @@ class Simulation:
         if self._process is None:
             return PacedClock(self._speed)
         assert self._process.stdout is not None
-        if self._process.stdout.readline() != b"ready\n":
-            raise UavbridgeError("the simulation could not start")
+        answer = self._process.stdout.readline().decode().strip()
+        if answer != READY:
+            why = f": {answer}" if answer else ""
+            raise UavbridgeError(f"the simulation could not start{why}")
         epoch_ns = PacedClock(self._speed).epoch_ns + int(START_IN_S * 1e9)
         self._say(b"%d\n" % epoch_ns)
         return PacedClock(self._speed, epoch_ns=epoch_ns)
@@ -90,7 +96,8 @@ class Simulation:
             return
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        self._process.stdin.close()
+        with suppress(BrokenPipeError):  # it died; what is left to say does not matter
+            self._process.stdin.close()
         try:
             self._process.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:
@@ -102,8 +109,11 @@ class Simulation:
     def _say(self, data: bytes) -> None:
         assert self._process is not None
         assert self._process.stdin is not None
-        self._process.stdin.write(data)
-        self._process.stdin.flush()
+        try:
+            self._process.stdin.write(data)
+            self._process.stdin.flush()
+        except BrokenPipeError:
+            raise UavbridgeError("the simulation could not start") from None
 
     def __enter__(self) -> Self:
         return self
@@ -117,20 +127,37 @@ class Simulation:
         self.close()
 
 
+def _module_path() -> str:
+    """Where this process finds its modules: the child finds the same ones, wherever it starts."""
+    return os.pathsep.join(path or os.getcwd() for path in sys.path)
+
+
 def main() -> int:
     """The child: serve the vehicles until standard input closes."""
-    told = sys.stdin.buffer
+    try:
+        _serve_parent(sys.stdin.buffer)
+    except UavbridgeError as error:
+        _answer(str(error))
+        return error.exit_status
+    return 0
+
+
+def _answer(text: str) -> None:
+    with suppress(BrokenPipeError):  # nobody is there to be told
+        sys.stdout.write(f"{text}\n")
+        sys.stdout.flush()
+
+
+def _serve_parent(told: BinaryIO) -> None:
     setup = msgspec.msgpack.decode(told.read(int(told.readline())), type=Setup)
     agents = tuple(sorted(setup.ports))
     fleet = assemble.fleet_of(setup.mission, agents)
     with ZenohBus(setup.router, setup.mission.name) as bus:
         world = SimulatedWorld(fleet, agents, assemble.sensor_of(setup.mission, agents), bus)
-        sys.stdout.write("ready\n")
-        sys.stdout.flush()
+        _answer(READY)
         epoch = told.readline()
         if epoch:
             asyncio.run(_serve(fleet, world, setup, int(epoch)))
-    return 0
 
 
 async def _serve(fleet: Fleet, world: SimulatedWorld, setup: Setup, epoch_ns: int) -> None:
