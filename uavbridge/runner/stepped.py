@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from planners.planner import Planner
+from sim_vehicles.world.payload import Sensor
+from uavbridge.bus.api import Bus
 from uavbridge.bus.local import LocalHub
 from uavbridge.clock import SteppedClock
 from uavbridge.config import Mission
@@ -28,6 +30,8 @@ def fly_stepped(
     recorder: Recorder,
     progress: Progress,
     stop: Callable[[], bool],
+    sensor: Sensor | None = None,
+    judge_of: Callable[[Mission, Bus, Recorder], Judge] = Judge,
 ) -> Flown:
     """Fly a whole mission.
 
@@ -37,6 +41,8 @@ def fly_stepped(
         recorder: gets everything.
         progress: called after every control tick.
         stop: asked at every tick; True calls all home.
+        sensor: looks at the ground; None: the mission's.
+        judge_of: makes the judge; the flight is over when it says so.
     """
     hub, clock = LocalHub(), SteppedClock()
     plans = assemble.agent_plans(mission.for_agents(), planner)
@@ -50,9 +56,9 @@ def fly_stepped(
         for agent, (near, _) in zip(agents, links, strict=True)
     }
     far_ends = [far for _, far in links]
-    world = SimulatedWorld(fleet, agents, assemble.sensor_of(mission, agents), hub.bus())
+    world = SimulatedWorld(fleet, agents, sensor or assemble.sensor_of(mission, agents), hub.bus())
     host = build_host(mission, plans, vehicles, hub.bus(), recorder)
-    judge = Judge(mission, hub.bus(), recorder)
+    judge = judge_of(mission, hub.bus(), recorder)
     t_us = 0
     while not judge.ended(t_us):
         clock.wait_until(t_us)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from planners.types import F64, I64
+from uavbridge.errors import ConfigError
 from uavbridge.experiments.experiment import READING, Axis, Case, Samples, generators
 from uavbridge.experiments.liu.methods import method
 from uavbridge.experiments.liu.setting import TARGETS, Cell, LiuParams
@@ -35,7 +36,9 @@ def runs(
     if fidelity == "mavlink":
         from uavbridge.experiments.liu.missions import fly
 
-        return fly(name, params, seeds, targets, prior)
+        if prior is not None or params.stop != "never":
+            raise ConfigError("missions begin with one prior for all cells, and do not stop early")
+        return fly(name, params, seeds, targets)
     if fidelity == "dynamics":
         from uavbridge.experiments.liu.flown import FlownWorld
 

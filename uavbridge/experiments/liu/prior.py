@@ -10,7 +10,7 @@ import numpy as np
 from planners.belief.prior import gaussian_prior
 from planners.planner import param
 from planners.types import F64, I64
-from uavbridge.experiments.experiment import FIDELITIES, Case, Experiment, Outcome, Samples
+from uavbridge.experiments.experiment import Case, Experiment, Outcome, Samples
 from uavbridge.experiments.liu import measures
 from uavbridge.experiments.liu.setting import GRID, HIDDEN, TARGETS, Cell, LiuParams
 
@@ -85,7 +85,7 @@ EXPERIMENT = Experiment(
     cases=cases,
     simulate=simulate,
     file=__file__,
-    fidelities=FIDELITIES,
+    fidelities=("ideal", "dynamics"),
     paired=("prior",),
     medians=("coverage_cycle", "target_1_cycle", "target_2_cycle", "target_3_cycle"),
     plot=plot,
