@@ -52,7 +52,7 @@ class AgentMap:
     def take_frame(self, frame: Frame, rule: MergeRule, records: Records) -> I64:
         """Cells in a frame of the agent's own; the flat cells (k,) that it told of."""
         self.t_us = max(self.t_us, frame.t_us)
-        if rule is not self._rule:
+        if self._rule is None or rule.code != self._rule.code:
             self._rule = rule
             self._known = rule.onlooker.empty(self.grid, self._prior, self._sensor)
         records = records[rule.valid(self._known, records, until_us=frame.t_us)]
@@ -94,19 +94,23 @@ class UnionMap:
 
     def take_records(self, rule: MergeRule, records: Records) -> None:
         """Cells of any agent's frame."""
-        if rule is not self._rule:
+        if self._rule is None or rule.code != self._rule.code:
             self._flush()
             self._rule = rule
             self._heard = rule.onlooker.empty(self.grid, self._prior, self._sensor)
         if len(records):
             self._waiting.append(records)
 
-    def shown(self) -> tuple[F64, Bools]:
-        """Probability and whether anybody saw the cell, both (columns, rows)."""
+    def shown(self) -> tuple[F64, I64]:
+        """Probability and time of the newest look (-1: never), both (columns, rows)."""
         self._flush()
-        missed = self._base_us > self._heard.stamp_us
-        probability: F64 = np.where(missed, self._base, self._heard.probability)
-        return probability, np.asarray(missed | self._heard.seen)
+        heard = self._heard
+        missed = self._base_us > heard.stamp_us
+        if not missed.any():
+            return heard.probability, heard.stamp_us
+        probability: F64 = np.where(missed, self._base, heard.probability)
+        stamp_us: I64 = np.where(missed, self._base_us, heard.stamp_us)
+        return probability, stamp_us
 
     def _flush(self) -> None:
         """An onlooker's rule does not mind the order, so what waits is merged at once."""

@@ -18,6 +18,7 @@ from planners.belief.merge import SensorModel
 from planners.belief.scores import entropy, uncertainty
 from planners.grid import Grid
 from planners.types import F64, Bools
+from uavbridge.agent.orders import decode_ack
 from uavbridge.agent.phases import ENDED
 from uavbridge.agent.report import AgentReport
 from uavbridge.agent.report import decode as decode_report
@@ -132,6 +133,7 @@ class MissionWatch:
         self.union: UnionMap | None = None
         self.separation = SeparationWatch()
         self.simulated = False  # the world tells the true positions
+        self.separation_m = nan  # as a recording has it, where no true positions are
         self._grid: Grid | None = None
         self._true_cells: frozenset[tuple[int, int]] = frozenset()
         self._orders: dict[str, tuple[str, int]] = {}
@@ -192,7 +194,10 @@ class MissionWatch:
 
     def merged(self) -> tuple[F64, Bools] | None:
         """Probability and seen, (columns, rows), of the union of maps; None without a grid."""
-        return None if self.union is None else self.union.shown()
+        if self.union is None:
+            return None
+        probability, stamp_us = self.union.shown()
+        return probability, stamp_us >= 0
 
     def links(self) -> list[tuple[int, int]]:
         """Pairs (lower id first) of which one hears the other; none when the range is unknown."""
@@ -284,6 +289,8 @@ class MissionWatch:
             return
         if what == "map":
             self._full_map(int(number), sample.data)
+        elif what == "ack":
+            self._answered(int(number), sample.data)
         elif what == "event":
             self._told(int(number), sample.data)
         elif not what:
@@ -405,6 +412,15 @@ class MissionWatch:
         self._agent(number, self.t_us).tells = True
         self._happened(self.t_us, number, event.kind, event.text)
 
+    def _answered(self, number: int, data: bytes) -> None:
+        try:
+            ack = decode_ack(data)
+        except msgspec.DecodeError:
+            self.rejects["ack"] += 1
+            return
+        if ack.agent == number and not self._agent(number, self.t_us).tells:
+            self._happened(self.t_us, number, "order", f"{ack.verb}: {ack.reason or 'done'}")
+
     def _happened(self, t_us: int, agent: int | None, kind: str, text: str) -> None:
         self.events.append(Happening(t_us, agent, kind, text[:500]))
         self.event_count += 1
@@ -434,7 +450,7 @@ class MissionWatch:
             nan if merged is None else float(uncertainty(merged[0])),
             len(self.declared),
             self.found or 0,
-            self.separation.take_recent(),
+            self.separation_m if isfinite(self.separation_m) else self.separation.take_recent(),
             sum(report.bytes_sent for report in reports),
             sum(report.bytes_heard for report in reports),
             sum(report.frames_sent for report in reports),

@@ -1,0 +1,118 @@
+"""A recording as an onlooker's picture of its mission, at any moment of it."""
+
+from __future__ import annotations
+
+import pickle
+import zlib
+from pathlib import Path
+
+import msgspec
+
+from uavbridge.bus import keys
+from uavbridge.bus.api import Sample
+from uavbridge.clock import SECOND_US, to_us, wall_s
+from uavbridge.errors import ConfigError
+from uavbridge.monitor.watch import MissionWatch
+from uavbridge.recording.reader import Message, Recording
+from uavbridge.recording.topics import EventRecord
+
+BUDGET_S = 0.05  # wall time of one step
+KEPT_US = 20 * SECOND_US  # between two pictures kept for going back
+TILE = (0, 0)  # an onlooker hears all tiles; which one it was is not recorded
+
+
+def sample_of(message: Message) -> Sample | None:
+    """A recorded message as it was on the bus; None for what never was, or is not shown."""
+    space, _, name = message.topic.partition("/")
+    key = {
+        "mission": keys.MISSION,
+        "truth": keys.TRUTH,
+        "air": keys.air(TILE, name),
+        "state": keys.state(name),
+    }.get(space)
+    if space == "event":
+        try:
+            agent = msgspec.json.decode(message.data, type=EventRecord).agent
+        except msgspec.DecodeError:
+            return None
+        key = keys.event(agent) if isinstance(agent, int) else None
+    return None if key is None else Sample(key, message.data)
+
+
+class Player:
+    """Plays a recording, at any speed and from any moment.
+
+    Args:
+        path: of ``mission.mcap``, or the folder it lies in.
+
+    Attributes:
+        name: of the mission.
+        watch: the picture of now; another one after going back.
+        end_us: mission time of the last message.
+
+    Raises:
+        ConfigError: it is no recording, or an empty one.
+    """
+
+    def __init__(self, path: Path) -> None:
+        recording = Recording(path)
+        shown = [
+            (message.t_us, sample)
+            for message in recording.messages()
+            if (sample := sample_of(message)) is not None
+        ]
+        if not shown:
+            raise ConfigError(f"{recording.path}: holds nothing to show")
+        self.name = recording.mission_name
+        self.end_us = max(t_us for t_us, _ in shown)
+        self.playing, self.speed = True, 1.0
+        self.watch = MissionWatch()
+        self._samples = shown
+        self._next = 0
+        self._target_us = 0
+        self._wall_s = wall_s()
+        self._kept: dict[int, tuple[int, bytes]] = {}
+
+    @property
+    def seeking(self) -> bool:
+        """It is not yet where it shall be."""
+        return self._next < len(self._samples) and self._due(self._next)
+
+    def play(self, on: bool) -> None:
+        """Go on, or stand still. At the end it begins anew."""
+        if on and self._target_us >= self.end_us:
+            self.seek(0)
+        self.playing = on
+
+    def seek(self, t_us: int) -> None:
+        """Go to a moment."""
+        self._target_us = min(max(t_us, 0), self.end_us)
+        if self._target_us < self.watch.t_us:
+            earlier = [at for at in self._kept if at <= self._target_us]
+            if earlier:
+                self._next, picture = self._kept[max(earlier)]
+                self.watch = pickle.loads(zlib.decompress(picture))  # our own, of a moment ago
+            else:
+                self._next, self.watch = 0, MissionWatch()
+
+    def step(self) -> None:
+        """Let time pass, but work no longer than a moment."""
+        now_s = wall_s()
+        passed_s, self._wall_s = now_s - self._wall_s, now_s
+        if self.playing and not self.seeking:
+            self._target_us = min(self._target_us + to_us(passed_s * self.speed), self.end_us)
+        if self._target_us >= self.end_us:
+            self.playing = False
+        while self.seeking:
+            t_us, sample = self._samples[self._next]
+            if t_us >= max(self._kept, default=0) + KEPT_US:
+                # Everything before this sample is taken, and nothing from it on.
+                picture = zlib.compress(pickle.dumps(self.watch), 1)
+                self._kept[t_us] = self._next, picture
+            self.watch.apply(sample, t_us)
+            self._next += 1
+            if wall_s() - now_s > BUDGET_S:
+                return
+
+    def _due(self, number: int) -> bool:
+        return self._samples[number][0] <= self._target_us

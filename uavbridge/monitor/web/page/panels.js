@@ -1,0 +1,161 @@
+// The agents' table, the log of events, the legend. Everything goes in as text.
+
+import { agentColour, beliefColours, theme, whenThemeChanges } from "./colours.js";
+import { clockText } from "./state.js";
+
+const LOG_LINES = 400;
+const PHASES = { search: "good", failed: "bad", yielded: "warn", landed: "dim", hold: "warn" };
+
+export class Agents {
+  constructor(table, state, onChoose) {
+    Object.assign(this, { body: table.querySelector("tbody"), state, onChoose });
+    this.rows = new Map();
+    this.version = 0;
+  }
+
+  draw(chosen) {
+    const { state } = this;
+    if (this.version !== state.version) {
+      this.version = state.version;
+      this.rows.clear();
+      this.body.replaceChildren();
+    }
+    for (const id of state.changed.rows) this.fill(id);
+    state.changed.rows.clear();
+    for (const [id, row] of this.rows) {
+      row.className = id === chosen ? "chosen" : "";
+      const one = state.vehicles.get(id);
+      if (one) set(row.cells[3], one.z.toFixed(0), "n");
+    }
+  }
+
+  fill(id) {
+    const row = this.rows.get(id) ?? this.add(id);
+    const { phase, mode, battery, neighbours, note, failure, alive } = this.state.rows.get(id);
+    const cells = row.cells;
+    const gone = alive === false && phase !== "landed";
+    set(cells[1], gone ? "gone" : phase || "–", gone ? "bad" : PHASES[phase] ?? "");
+    set(cells[2], mode || "–", "");
+    const charge = battery === null ? "–" : (100 * battery).toFixed(0);
+    set(cells[4], charge, `n ${battery === null || battery > 0.3 ? "" : battery > 0.15 ? "warn" : "bad"}`);
+    set(cells[5], String(neighbours), "n");
+    set(cells[6], failure || note, failure ? "bad" : "");
+    cells[6].title = failure || note;
+  }
+
+  add(id) {
+    const row = document.createElement("tr");
+    for (let i = 0; i < 7; i += 1) row.append(document.createElement("td"));
+    set(row.cells[0], String(id), "id");
+    row.cells[0].style.color = agentColour(id);
+    row.addEventListener("click", () => this.onChoose(id));
+    const after = [...this.rows.keys()].filter((other) => other > id).sort((a, b) => a - b)[0];
+    this.body.insertBefore(row, after === undefined ? null : this.rows.get(after));
+    this.rows.set(id, row);
+    return row;
+  }
+}
+
+function set(cell, text, kind) {
+  if (cell.textContent !== text) cell.textContent = text;
+  if (cell.className !== kind) cell.className = kind;
+}
+
+export class Log {
+  constructor(section, state) {
+    Object.assign(this, { section, list: section.querySelector("ol"), state, version: 0 });
+  }
+
+  draw() {
+    const { state, list, section } = this;
+    if (this.version !== state.version) {
+      this.version = state.version;
+      list.replaceChildren();
+    }
+    if (!state.changed.events.length) return;
+    const atEnd = section.scrollTop + section.clientHeight > section.scrollHeight - 30;
+    list.append(...state.changed.events.splice(0).slice(-LOG_LINES).map(line));
+    while (list.childElementCount > LOG_LINES) list.firstChild.remove();
+    if (atEnd) section.scrollTop = section.scrollHeight;
+  }
+}
+
+function line(event) {
+  const item = document.createElement("li");
+  const time = document.createElement("time");
+  time.textContent = clockText(event.t_s);
+  const who = document.createElement("i");
+  who.textContent = event.agent ?? "";
+  if (event.agent !== null) who.style.color = agentColour(event.agent);
+  const what = document.createElement("b");
+  what.textContent = event.text;
+  if (["failure", "declared", "order"].includes(event.sort)) item.className = event.sort;
+  item.append(time, who, what);
+  return item;
+}
+
+// What the colours and marks mean.
+export function legend(bar, state, layer) {
+  const draw = () => {
+    const parts = [];
+    if (layer() === "belief" && state.mission) parts.push(["P(target) 0 … 1", 120, ramp]);
+    parts.push(["never seen", 14, (c, w, h) => fill(c, theme.unseen, w, h)]);
+    if (state.mission && state.mission.targets) parts.push(["true target", 18, ring]);
+    parts.push(["declared", 18, (c, w, h) => diamond(c, w, h, theme.good)]);
+    if (state.mission && state.mission.targets) parts.push(["declared, none there", 18, (c, w, h) => diamond(c, w, h, theme.bad)]);
+    const range = state.mission && state.mission.range_known ? state.mission.range_m : undefined;
+    bar.replaceChildren(...parts.map(([text, width, paint]) => entry(text, width, paint, state)));
+    const note = document.createElement("span");
+    note.textContent = range === undefined ? "" : range === null ? "radio: unlimited range" : `radio range ${range} m`;
+    bar.append(note);
+  };
+  whenThemeChanges(draw);
+  return draw;
+}
+
+function entry(text, width, paint, state) {
+  const span = document.createElement("span");
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [width, 14];
+  paint(canvas.getContext("2d"), width, 14, state);
+  span.append(canvas, text);
+  return span;
+}
+
+function fill(context, colour, w, h) {
+  context.fillStyle = colour;
+  context.fillRect(0, 1, w, h - 2);
+}
+
+function ramp(context, w, h, state) {
+  const table = beliefColours(state.mission.prior);
+  for (let x = 0; x < w; x += 1) {
+    const value = table[256 + Math.round((255 * x) / (w - 1))];
+    context.fillStyle = `rgb(${value & 255} ${(value >> 8) & 255} ${(value >> 16) & 255})`;
+    context.fillRect(x, 1, 1, h - 2);
+  }
+}
+
+function ring(context, w, h) {
+  context.strokeStyle = theme.target;
+  context.lineWidth = 1.7;
+  context.beginPath();
+  context.arc(w / 2, h / 2, 4.5, 0, 2 * Math.PI);
+  context.moveTo(w / 2, 0);
+  context.lineTo(w / 2, h);
+  context.moveTo(w / 2 - 7, h / 2);
+  context.lineTo(w / 2 + 7, h / 2);
+  context.stroke();
+}
+
+function diamond(context, w, h, colour) {
+  context.strokeStyle = colour;
+  context.lineWidth = 2;
+  context.beginPath();
+  context.moveTo(w / 2, 1);
+  context.lineTo(w / 2 + 6, h / 2);
+  context.lineTo(w / 2, h - 1);
+  context.lineTo(w / 2 - 6, h / 2);
+  context.closePath();
+  context.stroke();
+}
