@@ -32,6 +32,7 @@ from uavbridge.runner.judge import Judge
 from uavbridge.runner.stepped import fly_stepped
 
 _SPEED_M_S = 15.0  # above what the vehicles can do: the method's own limit holds
+_MARGIN_M = 5.0
 _SEARCHING = Phase.SEARCH.value
 _LONG_S = 80_000.0
 
@@ -71,7 +72,8 @@ def mission_of(
     name: str, params: LiuParams, searcher: Method, seed: int, targets: Sequence[Cell]
 ) -> Mission:
     """The paper's setting as a mission."""
-    starts = tuple((float(x), float(y)) for x, y, _ in searcher.scenario.starts)
+    inside = GRID.clip(searcher.scenario.starts[:, :2], _MARGIN_M)  # on the edge is half outside
+    starts = tuple((float(x), float(y)) for x, y in inside)
     centres = GRID.centre_of(np.array(targets).reshape(-1, 2))
     return Mission(
         name=f"liu-{name}",
