@@ -9,6 +9,7 @@ import socket
 from collections.abc import Sequence
 from typing import Final
 
+from sim_vehicles.codec import Counts, decode
 from sim_vehicles.ports import Address, ServerError, resolve
 from sim_vehicles.transport import Receive, Traffic
 
@@ -73,12 +74,14 @@ class UdpPorts:
             traffic.datagrams_in += 1
             traffic.bytes_in += len(data)
             if sender != self._targets[index]:
-                self._heard(index, sender)
+                self._heard(index, sender, data)
             receive(index, data)
 
-    def _heard(self, index: int, sender: Address) -> None:
-        """Remember a client; the one silent for longest makes room."""
+    def _heard(self, index: int, sender: Address, data: bytes) -> None:
+        """Remember who speaks MAVLink; the one silent for longest makes room."""
         peers = self._peers[index]
+        if sender not in peers and not decode(data, Counts()):
+            return
         if self._loop is not None:
             peers[sender] = self._loop.time()
         if len(peers) > _MOST_PEERS:

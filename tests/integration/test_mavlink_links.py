@@ -54,8 +54,8 @@ def test_a_bound_link_answers_to_whom_it_hears(speaker: socket.socket) -> None:
     link.send(b"to nobody")
     assert link.lost == 1
     assert link.receive() == []
-    speaker.sendto(b"hello", (LOCALHOST, link.port))
-    assert gather(link, 1) == [b"hello"]
+    speaker.sendto(frame(1), (LOCALHOST, link.port))
+    assert gather(link, 1) == [frame(1)]
     link.send(b"answer")
     assert speaker.recv(100) == b"answer"
     link.close()
@@ -66,13 +66,34 @@ def test_a_peer_that_moves_is_followed_and_two_peers_are_rivals(speaker: socket.
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind((LOCALHOST, 0))
         for opened in (speaker, other):
-            opened.sendto(b"x", (LOCALHOST, link.port))
+            opened.sendto(frame(1), (LOCALHOST, link.port))
             gather(link, 1)
         assert link.peer.address == other.getsockname()
         assert link.peer.rivals == frozenset()
-        speaker.sendto(b"x", (LOCALHOST, link.port))
+        speaker.sendto(frame(1), (LOCALHOST, link.port))
         gather(link, 1)
         assert link.peer.rivals == {speaker.getsockname(), other.getsockname()}
+    link.close()
+
+
+def test_garbage_and_strangers_draw_no_answers_to_themselves(speaker: socket.socket) -> None:
+    link = UdpLink.bind(LOCALHOST, 0, 1)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind((LOCALHOST, 0))
+        there = (LOCALHOST, link.port)
+        bad = bytearray(frame(1))
+        bad[-1] ^= 1
+        for data in (b"x", bytes(bad), frame(1)[:-3], b"", frame(2)):
+            other.sendto(data, there)
+        gather(link, 5)
+        assert link.peer.address is None
+        speaker.sendto(frame(1), there)
+        gather(link, 1)
+        for data in (b"x", bytes(bad), frame(2)):
+            other.sendto(data, there)
+        gather(link, 3)
+        link.send(b"answer")
+        assert speaker.recv(100) == b"answer"
     link.close()
 
 

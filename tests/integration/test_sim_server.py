@@ -158,6 +158,22 @@ def test_whoever_speaks_to_a_vehicle_is_answered():
         heard_from(target)  # the target still hears
 
 
+def test_who_sends_garbage_is_not_streamed_to():
+    with (
+        simulator() as sim,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as target,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vandal,
+    ):
+        target.bind(("127.0.0.1", sim.port))
+        vehicle = heard_from(target)
+        vandal.sendto(b"garbage", vehicle)
+        vandal.sendto(b"\xfd" * 40, vehicle)
+        vandal.settimeout(0.5)
+        with pytest.raises(TimeoutError):
+            vandal.recv(2048)
+        heard_from(target)
+
+
 def test_garbage_is_dropped_and_counted():
     with (
         simulator("--speed", "5") as sim,

@@ -8,6 +8,7 @@ import socket
 from collections.abc import Iterator
 from typing import TypeAlias
 
+from sim_vehicles.codec import Counts, decode
 from uavbridge.errors import LinkError
 from uavbridge.mavlink.frames import by_system
 
@@ -21,24 +22,38 @@ _MOST_PER_CALL = 2000  # one flooding sender must not stop the rest
 
 
 class Peer:
-    """Where one system is heard from: the newest address wins, as after a restart."""
+    """Where one system is heard from: the newest address wins, as after a restart.
 
-    __slots__ = ("_former", "address", "rivals")
+    Only a good frame counts, so that garbage from anywhere cannot draw our answers to itself.
 
-    def __init__(self) -> None:
+    Args:
+        system: whose frames count; None: any.
+    """
+
+    __slots__ = ("_former", "_system", "address", "rivals")
+
+    def __init__(self, system: int | None = None) -> None:
+        self._system = system
         self.address: Address | None = None
         self._former: set[Address] = set()
         self.rivals: frozenset[Address] = frozenset()
         """Addresses that speak in turns: two vehicles use one system id."""
 
-    def heard(self, address: Address) -> None:
-        if address == self.address:
+    def heard(self, address: Address, data: bytes) -> None:
+        """A datagram came from an address."""
+        if address == self.address or not self._is_theirs(data):
             return
         if self.address is not None:
             self._former.add(self.address)
             if address in self._former:
                 self.rivals |= {address, self.address}
         self.address = address
+
+    def _is_theirs(self, data: bytes) -> bool:
+        return any(
+            self._system is None or packet.system == self._system
+            for packet in decode(data, Counts())
+        )
 
 
 def _open(host: str, port: int, *, bind: bool) -> socket.socket:
@@ -76,17 +91,19 @@ class UdpLink:
     ``UdpLink.connect`` speaks first, and listens to that address alone.
     """
 
-    def __init__(self, opened: socket.socket, *, connected: bool) -> None:
+    def __init__(
+        self, opened: socket.socket, *, connected: bool, system: int | None = None
+    ) -> None:
         self._socket = opened
         self._connected = connected
-        self.peer = Peer()
+        self.peer = Peer(system)
         self.lost = 0
         """Datagrams that could not be sent: no peer yet, buffer full, nobody there."""
 
     @classmethod
-    def bind(cls, host: str, port: int) -> UdpLink:
-        """Listen on a port (0: any free one). Raises LinkError."""
-        return cls(_open(host, port, bind=True), connected=False)
+    def bind(cls, host: str, port: int, system: int | None = None) -> UdpLink:
+        """Listen on a port (0: any free one), for a system or for any. Raises LinkError."""
+        return cls(_open(host, port, bind=True), connected=False, system=system)
 
     @classmethod
     def connect(cls, host: str, port: int) -> UdpLink:
@@ -113,7 +130,7 @@ class UdpLink:
     def receive(self) -> list[bytes]:
         datagrams = []
         for data, address in _drain(self._socket):
-            self.peer.heard(address)
+            self.peer.heard(address, data)
             datagrams.append(data)
         return datagrams
 
@@ -174,8 +191,8 @@ class UdpHub:
             for sender, part in parts:
                 peer = self._peers.get(sender)
                 if peer is None:
-                    peer = self._peers[sender] = Peer()
-                peer.heard(address)
+                    peer = self._peers[sender] = Peer(sender)
+                peer.heard(address, part)
                 inbox = self._inboxes.get(sender)
                 if inbox is not None:
                     inbox.append(part)

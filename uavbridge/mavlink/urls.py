@@ -66,8 +66,12 @@ def parse_url(url: str) -> Endpoint:
     return Endpoint(kind, host or _ANY, int(digits))
 
 
-def open_link(url: str) -> Link:
+def open_link(url: str, system: int | None = None) -> Link:
     """Open the link that a connection string names.
+
+    Args:
+        url: the connection string.
+        system: who is to be answered on a link that listens; None: whoever is heard.
 
     Raises:
         ConfigError: the string is wrong.
@@ -75,7 +79,7 @@ def open_link(url: str) -> Link:
     """
     endpoint = parse_url(url)
     if endpoint.kind == "udpin":
-        return UdpLink.bind(endpoint.host, endpoint.port)
+        return UdpLink.bind(endpoint.host, endpoint.port, system)
     if endpoint.kind == "udpout":
         return UdpLink.connect(endpoint.host, endpoint.port)
     return TcpLink(endpoint.host, endpoint.port)

@@ -120,10 +120,10 @@ def _link(mission: Mission, agent: int, place: int) -> Link:
     url = mission.endpoint(agent)
     if url is not None:
         with _about(f"endpoint of agent {agent}"):
-            return open_link(url)
+            return open_link(url, agent)
     ports = mission.simulator.ports
     with _about("simulator.ports"):
-        return UdpLink.bind(LOOPBACK, 0 if ports == "auto" else ports + place)
+        return UdpLink.bind(LOOPBACK, 0 if ports == "auto" else ports + place, agent)
 
 
 @contextmanager
