@@ -20,7 +20,7 @@ from uavbridge.experiments.khan.world import (
 )
 
 SMALL = KhanParams(columns=4, rows=3, target_column=2, target_row=1, steps_most=400)
-RUNS, STEPS = 4, 60
+RUNS, STEPS = 3, 32
 
 
 class Alone:

@@ -89,6 +89,13 @@ class KhanParams:
     )
     relay: bool = param(False, unit="-", doc="UAVs pass on what they hear, within one step")
     talk: bool = param(True, unit="-", doc="false: no communication, whatever the range")
+    forget: float = param(
+        0.0,
+        unit="1",
+        doc="share of its log odds that a cell loses each step, for targets that move",
+        low=0.0,
+        high=0.999,
+    )
     steps_most: int = param(3000, unit="steps", doc="a run ends then", low=1, high=100000)
 
     def __post_init__(self) -> None:

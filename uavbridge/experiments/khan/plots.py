@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from uavbridge.experiments.experiment import Outcome
@@ -21,8 +21,18 @@ LABELS = {
 }
 _MARKS = dict(zip(("UNC", "BU", "AVG", "OGMM", "MOGM", "SDS", "COUNTS"), "kosv^Dx", strict=True))
 
+_RANKS = tuple(_MARKS)[1:]
 
-def against(figure: Figure, outcome: Outcome, key: str, label: str, metrics: Sequence[str]) -> None:
+
+def against(
+    figure: Figure,
+    outcome: Outcome,
+    key: str,
+    label: str,
+    metrics: Sequence[str],
+    *,
+    log: bool = False,
+) -> None:
     """A panel a metric: each rule's line over one key of the cases, with standard errors."""
     figure.set_size_inches(4.6 * len(metrics), 3.6)
     panels = figure.subplots(1, len(metrics), squeeze=False)[0]
@@ -31,12 +41,32 @@ def against(figure: Figure, outcome: Outcome, key: str, label: str, metrics: Seq
         panel.set_xlabel(label)
         panel.set_ylabel(LABELS[metric])
         panel.grid(alpha=0.3)
+        if log:
+            panel.set_xscale("log")
     panels[0].legend(fontsize=7)
+
+
+def over_axes(figure: Figure, outcome: Outcome, axes: Mapping[str, Sequence[int | float]]) -> None:
+    """Gain above, errors below, a column for each axis of the cases."""
+    figure.set_size_inches(3.4 * len(axes), 6.4)
+    panels = figure.subplots(2, len(axes), squeeze=False, sharey="row")
+    for column, axis in enumerate(axes):
+        for row, metric in enumerate(("gain_percent", "error_percent")):
+            panel = panels[row, column]
+            shown = [r for r in outcome.rows if r.metric == metric and r.case["axis"] == axis]
+            _lines(panel, shown, axis)
+            panel.set_xlabel(axis)
+            panel.grid(alpha=0.3)
+            if axis == "bytes":
+                panel.set_xscale("log")
+            if not column:
+                panel.set_ylabel(LABELS[metric])
+    panels[1, 0].legend(fontsize=7)
 
 
 def _lines(panel: Axes, shown: Sequence[Row], key: str) -> None:
     plain = [row for row in shown if row.reading is None and row.mean is not None]
-    for place, rule in enumerate(dict.fromkeys(str(row.case["rule"]) for row in plain)):
+    for rule in dict.fromkeys(str(row.case["rule"]) for row in plain):
         points = sorted(
             (float(row.case[key]), row.mean or 0.0, row.se or 0.0)
             for row in plain
@@ -47,7 +77,7 @@ def _lines(panel: Axes, shown: Sequence[Row], key: str) -> None:
             across,
             means,
             errors,
-            color="k" if rule == "UNC" else f"C{place - 1}",
+            color="k" if rule == "UNC" else f"C{_RANKS.index(rule)}",
             marker="." if rule == "UNC" else _MARKS.get(rule, "."),
             markersize=4,
             linewidth=1.0,

@@ -9,12 +9,12 @@ from math import sqrt
 import numpy as np
 
 from planners.planner import param
-from planners.types import I64
+from planners.types import F64, I64
 from uavbridge.experiments import printed, rows
 from uavbridge.experiments.experiment import READING, Case, Outcome, Samples, Value
 from uavbridge.experiments.khan.choices import RULES, KhanParams
 from uavbridge.experiments.khan.teams import team_of
-from uavbridge.experiments.khan.world import search
+from uavbridge.experiments.khan.world import Fates, search
 
 PAIRED = ("rule", "range")  # the same start cells and draws
 BLOCK = 500
@@ -105,6 +105,11 @@ def simulate(case: Case, params: StudyParams, seeds: I64, fidelity: str) -> Samp
     uavs, rule = int(case["N"]), str(case["rule"])
     team = team_of(rule, setting, len(seeds), uavs)
     fates = search(team, setting, uavs, float(case["range"]), seeds)
+    return metrics(fates)
+
+
+def metrics(fates: Fates) -> dict[str, F64]:
+    """Steps and errors of runs."""
     return {
         "steps": fates.steps.astype(np.float64),
         "error_percent": np.where(fates.wrong, 100.0, 0.0),

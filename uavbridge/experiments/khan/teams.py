@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from planners.belief.evidence import posterior
 from planners.belief.fusing import Cells, FusingRule, mix
@@ -34,6 +33,7 @@ class ValueTeam:
     def __init__(self, rule: MergeRule, choices: KhanParams, runs: int, uavs: int) -> None:
         shape = (runs, uavs, choices.columns * choices.rows)
         self.probability = np.full(shape, 0.5)
+        self.bytes_sent = np.zeros(runs)
         self._stamp = np.full(shape, -1, np.int64)
         self._origin = np.full(shape, -1, np.int32)
         self._rule = rule
@@ -41,7 +41,7 @@ class ValueTeam:
         self._sensor = choices.sensor
 
     def observe(self, cells: I64, detected: Bools, who: I64, t_us: int) -> None:
-        at = _places(self.probability, np.arange(len(cells))[:, None], who, cells[:, who])
+        at = places(self.probability, np.arange(len(cells))[:, None], who, cells[:, who])
         value, stamp = self.probability.reshape(-1), self._stamp.reshape(-1)
         value[at] = stored(self._sensor.after(value[at], detected[:, who]))
         stamp[at] = np.maximum(stamp[at] + 1, t_us)
@@ -55,12 +55,21 @@ class ValueTeam:
         # All is read before anything is written: they speak at the same time.
         merged = [self._merged(*part) for part in parts]
         for at, after in merged:
-            value, stamp, origin = after
-            self.probability.reshape(-1)[at] = value
-            self._stamp.reshape(-1)[at] = stamp
-            self._origin.reshape(-1)[at] = origin
+            self._write(at, after)
+
+    def merge(self, at: I64, heard: Cells, present: Bools) -> I64:
+        """Merge what was heard (m, n) of the cells at flat places (m,); which of them changed."""
+        after, changed = self._fused(self.cells(at), heard, present & (heard.stamp >= 0))
+        pick = at[changed]
+        self._write(pick, Cells(after.value[changed], after.stamp[changed], after.origin[changed]))
+        return pick
+
+    def fade(self, share: float) -> None:
+        odds = (self.probability / (1.0 - self.probability)) ** (1.0 - share)
+        self.probability = odds / (1.0 + odds)
 
     def keep(self, runs: Bools) -> None:
+        self.bytes_sent = self.bytes_sent[runs]
         self.probability = self.probability[runs]
         self._stamp, self._origin = self._stamp[runs], self._origin[runs]
 
@@ -109,17 +118,24 @@ class ValueTeam:
         self, run: I64, uav: I64, cell: I64, sender: I64, present: Bools
     ) -> tuple[I64, Cells]:
         """Where cells changed, in the flat maps, and what they became."""
-        at = _places(self.probability, run, uav, cell)
-        own = self._cells(at)
-        heard = self._cells(_places(self.probability, run[:, None], sender, cell[:, None]))
-        seen = present & (heard.stamp >= 0)
-        if isinstance(self._rule, FusingRule):
-            after, changed = mix(self._rule, own, heard, seen)
-        else:
-            after, changed = newest(own, heard, seen)
+        at = places(self.probability, run, uav, cell)
+        own = self.cells(at)
+        heard = self.cells(places(self.probability, run[:, None], sender, cell[:, None]))
+        after, changed = self._fused(own, heard, present & (heard.stamp >= 0))
         return at[changed], Cells(after.value[changed], after.stamp[changed], after.origin[changed])
 
-    def _cells(self, at: I64) -> Cells:
+    def _fused(self, own: Cells, heard: Cells, present: Bools) -> tuple[Cells, Bools]:
+        if isinstance(self._rule, FusingRule):
+            return mix(self._rule, own, heard, present)
+        return newest(own, heard, present)
+
+    def _write(self, at: I64, cells: Cells) -> None:
+        self.probability.reshape(-1)[at] = cells.value
+        self._stamp.reshape(-1)[at] = cells.stamp
+        self._origin.reshape(-1)[at] = cells.origin
+
+    def cells(self, at: I64) -> Cells:
+        """What is held at flat places (...)."""
         return Cells(
             self.probability.reshape(-1)[at],
             self._stamp.reshape(-1)[at],
@@ -142,7 +158,7 @@ class _Heard(NamedTuple):
         return _Heard(run, uav, cell, np.arange(present.shape[1])[None], present)
 
 
-def _places(maps: F64, run: I64, uav: I64, cell: I64) -> I64:
+def places(maps: F64, run: I64, uav: I64, cell: I64) -> I64:
     """Places of cells in flat maps (runs, N, cells)."""
     return np.asarray((run * maps.shape[1] + uav) * maps.shape[2] + cell)
 
@@ -157,12 +173,15 @@ class ReadingTeam:
     def __init__(self, choices: KhanParams, runs: int, uavs: int) -> None:
         shape = (runs, uavs, choices.columns * choices.rows)
         self.probability = np.full(shape, 0.5)
-        self._hits = np.zeros(shape, np.int32)
-        self._misses = np.zeros(shape, np.int32)
+        self.bytes_sent = np.zeros(runs)
+        self._hits = np.zeros(shape)
+        self._misses = np.zeros(shape)
         self._known = np.zeros((runs, uavs, uavs), np.int64)  # of whom on axis 2
         self._log_cell = np.zeros((runs, uavs, 256), np.int32)
         self._log_hit = np.zeros((runs, uavs, 256), np.bool_)
         self._sensor = choices.sensor
+        self._steps = 0
+        self._left = 1.0  # of a reading, a step later
         self._whole = choices.history == "whole"
 
     def observe(self, cells: I64, detected: Bools, who: I64, t_us: int) -> None:
@@ -173,9 +192,10 @@ class ReadingTeam:
         self._log_cell[:, who, length] = cells[:, who]
         self._log_hit[:, who, length] = detected[:, who]
         self._known[:, who, who] += 1
+        self._steps = length + 1
         run = np.repeat(np.arange(len(cells)), len(who))
         uav = np.tile(who, len(cells))
-        self._count(run, uav, cells[:, who].reshape(-1), detected[:, who].reshape(-1))
+        self._count(run, uav, cells[:, who].reshape(-1), detected[:, who].reshape(-1), length)
 
     def exchange(self, reach: Bools, cells: I64, who: I64) -> None:
         if reach.shape[1] == 1:
@@ -195,20 +215,28 @@ class ReadingTeam:
             run, uav, whose = np.nonzero(told)
             place = self._known[run, whose, whose] - 1
         cell, hit = self._log_cell[run, whose, place], self._log_hit[run, whose, place]
-        self._count(run, uav, cell, hit)
+        self._count(run, uav, cell, hit, place)
+
+    def fade(self, share: float) -> None:
+        self._left = 1.0 - share
+        self._hits *= self._left
+        self._misses *= self._left
+        self.probability = posterior(0.5, self._hits, self._misses, self._sensor)
 
     def keep(self, runs: Bools) -> None:
+        self.bytes_sent = self.bytes_sent[runs]
         self.probability, self._known = self.probability[runs], self._known[runs]
         self._hits, self._misses = self._hits[runs], self._misses[runs]
         self._log_cell, self._log_hit = self._log_cell[runs], self._log_hit[runs]
 
-    def _count(self, run: I64, uav: I64, cell: I64, hit: npt.NDArray[np.bool_]) -> None:
-        """Readings (k,) that UAVs now know of."""
-        flat = _places(self.probability, run, uav, cell)
+    def _count(self, run: I64, uav: I64, cell: I64, hit: Bools, place: I64 | int) -> None:
+        """Readings (k,) that UAVs now know of, by their places in the logs."""
+        at = places(self.probability, run, uav, cell)
         hits, misses = self._hits.reshape(-1), self._misses.reshape(-1)
-        np.add.at(hits, flat, hit.astype(np.int32))
-        np.add.at(misses, flat, (~hit).astype(np.int32))
-        self.probability.reshape(-1)[flat] = posterior(0.5, hits[flat], misses[flat], self._sensor)
+        weight = self._left ** (self._steps - 1.0 - place) if self._left < 1.0 else 1.0
+        np.add.at(hits, at, hit * weight)
+        np.add.at(misses, at, ~hit * weight)
+        self.probability.reshape(-1)[at] = posterior(0.5, hits[at], misses[at], self._sensor)
 
 
 def team_of(rule: str, choices: KhanParams, runs: int, uavs: int) -> Team:

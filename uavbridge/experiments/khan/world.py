@@ -27,7 +27,15 @@ _LEFT = 0.8  # runs that ended are let go when fewer than this share are left
 class Team(Protocol):
     """What the UAVs of all runs know."""
 
-    probability: F64  # (runs, N, cells)
+    @property
+    def probability(self) -> F64:
+        """(runs, N, cells)."""
+        ...
+
+    @property
+    def bytes_sent(self) -> F64:
+        """(runs,) by all UAVs so far, where bytes are counted; else zeros."""
+        ...
 
     def observe(self, cells: I64, detected: Bools, who: I64, t_us: int) -> None:
         """Readings (runs, N) of the UAVs numbered ``who``, at their cells (runs, N)."""
@@ -35,6 +43,10 @@ class Team(Protocol):
 
     def exchange(self, reach: Bools, cells: I64, who: I64) -> None:
         """What ``who`` just observed goes out; reach (runs, receivers, senders)."""
+        ...
+
+    def fade(self, share: float) -> None:
+        """Every cell loses a share of its log odds."""
         ...
 
     def keep(self, runs: Bools) -> None:
@@ -48,7 +60,13 @@ class Fates:
 
     steps: I64  # time steps until P >= B; steps_most when that never came
     cell: I64  # the flat cell named; -1: none
-    wrong: Bools  # it is not where the target was then, or no cell was named
+    target: I64  # the flat cell where the target was then
+    bytes_sent: F64  # by all UAVs, where the team counts them
+
+    @property
+    def wrong(self) -> Bools:
+        """Another cell than the target's was named, or none."""
+        return np.asarray(self.cell != self.target)
 
 
 class Luck:
@@ -58,11 +76,12 @@ class Luck:
         seeds: (runs,).
         uavs: N.
         choices: of where UAVs start.
+        links: draw for every pair of UAVs too.
     """
 
-    def __init__(self, seeds: I64, uavs: int, choices: KhanParams) -> None:
+    def __init__(self, seeds: I64, uavs: int, choices: KhanParams, links: bool = False) -> None:
         self._generators = generators(seeds)
-        self._uavs = uavs
+        self._width = uavs + 1 + (uavs * uavs if links else 0)
         self._first = -_CHUNK
         self._drawn = np.zeros((0, 0, 0))
         once = stream(choices.starts_seed, "khan starts", uavs).random((uavs, 2))
@@ -71,10 +90,10 @@ class Luck:
         self.start = np.broadcast_to(once, own.shape) if choices.starts == "once" else own
 
     def of(self, step: int) -> F64:
-        """(runs, N + 1) uniform draws of a step, steps ascending; the last is the target's."""
+        """Uniform draws (runs, k) of a step, steps ascending: N readings, the target, the links."""
         if step >= self._first + _CHUNK:
             self._first += _CHUNK
-            size = (_CHUNK, self._uavs + 1)
+            size = (_CHUNK, self._width)
             self._drawn = np.array([generator.random(size) for generator in self._generators])
         return self._drawn[:, step - self._first]
 
@@ -153,7 +172,9 @@ def search(
     uavs: int,
     range_cells: float,
     seeds: I64,
+    *,
     chance: float = 0.0,
+    loss: float = 0.0,
 ) -> Fates:
     """Run searches to their end.
 
@@ -164,13 +185,15 @@ def search(
         range_cells: two UAVs at most this far apart (cell centres) are in range.
         seeds: (runs,).
         chance: of the target's moving, each step.
+        loss: share of messages that a UAV in range does not get.
     """
-    luck, loop = Luck(seeds, uavs, choices), loop_of(choices)
+    luck, loop = Luck(seeds, uavs, choices, links=loss > 0.0), loop_of(choices)
     entry = entries(loop, luck.start, choices)
     target = Walk(choices, len(seeds), chance)
     near = within(range_cells, choices)
     steps = np.full(len(seeds), choices.steps_most)
     named, true = np.full(len(seeds), -1), np.full(len(seeds), choices.target)
+    spent = np.zeros(len(seeds))
     going, ended = np.arange(len(seeds)), np.zeros(len(seeds), np.bool_)
     for step in range(choices.steps_most):
         draws = luck.of(step)
@@ -178,6 +201,10 @@ def search(
         there = cells == target.cell[going, None]
         detected = draws[going, :uavs] < np.where(there, choices.p, choices.q)
         reach = reach_of(cells, near, choices.relay)
+        if choices.forget > 0.0:
+            team.fade(choices.forget)
+        if loss > 0.0:
+            reach &= (draws[going, uavs + 1 :] >= loss).reshape(reach.shape)
         for who in turns(uavs, choices):
             team.observe(cells, detected, who, step * STEP_US)
             team.exchange(reach, cells, who)
@@ -186,6 +213,7 @@ def search(
         if over.any():
             now = going[over]
             steps[now], named[now], true[now] = step + 1, cell[over], target.cell[now]
+            spent[now] = team.bytes_sent[over]
             ended[now] = True
             left = ~ended[going]
             if not left.any():
@@ -194,7 +222,7 @@ def search(
                 going = going[left]
                 team.keep(left)
         target.step(draws[:, uavs])
-    return Fates(steps, named, named != true)
+    return Fates(steps, named, true, spent)
 
 
 def first_above(probability: F64, threshold: float) -> tuple[Bools, I64]:
