@@ -22,6 +22,7 @@ from planners.types import (
     Reading,
     Scenario,
     Setpoint,
+    Signal,
     View,
 )
 
@@ -127,9 +128,19 @@ def made_up(
         belief.copy(),
         seen.copy(),
         readings,
+        signals=tuple(_signals(case, agent, tick, t_us)),
     )
     read_only(view)
     return view
+
+
+def _signals(case: Scenario, agent: int, tick: int, t_us: int) -> Iterator[Signal]:
+    """Of three targets, each heard about every other tick; draws of their own."""
+    draw = np.random.default_rng([agent, tick, case.grid.size])
+    for target, heard in enumerate(draw.random(3) < 0.5):
+        strength, arrived = float(draw.exponential(4.0)), bool(draw.random() < 0.05)
+        if heard:
+            yield Signal(t_us, target, strength, arrived)
 
 
 def hard_views(case: Scenario, agent: int, seed: int) -> Iterator[tuple[str, View]]:

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planners.grid import Grid
+from planners.terrain import Terrain
 
 F64: TypeAlias = npt.NDArray[np.float64]
 I64: TypeAlias = npt.NDArray[np.int64]
@@ -82,6 +83,16 @@ class Reading:
 
 
 @dataclass(frozen=True, slots=True)
+class Signal:
+    """What the own receiver heard of one target: no bearing, only how strong."""
+
+    t_us: int
+    target: int  # which; targets tell themselves apart
+    strength: float
+    arrived: bool  # so near that the target counts as found
+
+
+@dataclass(frozen=True, slots=True)
 class Answer:
     """What came back for an earlier ``Ask``."""
 
@@ -105,6 +116,8 @@ class View:
     seen: Bools  # (columns, rows) observed by somebody, as far as this agent knows
     readings: tuple[Reading, ...] = ()  # own, since the last tick
     answers: tuple[Answer, ...] = ()
+    signals: tuple[Signal, ...] = ()  # own, since the last tick
+    terrain: Terrain | None = None  # ground in sensing range; None: not known, taken as level
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -32,7 +32,7 @@ class MountainParams:
         BETA_RAD, unit="rad", doc="beta, steepest climb; 30 degrees", low=0.0, high=1.5
     )
     detection_m: float = param(100.0, unit="m", doc="d_tar, range of the target sensor", low=0.0)
-    members: int = param(6, unit="1", doc="N_m, most members of a suballiance", low=1, high=32)
+    members: int = param(6, unit="1", doc="N_m, most members of a suballiance", low=1, high=16)
     own_pull: float = param(1.0, unit="1", doc="c_1, pull of the own best place", low=0.0)
     shared_pull: float = param(1.2, unit="1", doc="c_2, pull of the suballiance's best", low=0.0)
     inertia: float = param(0.5, unit="1", doc="omega, weight of the velocity", low=0.0)
