@@ -19,6 +19,7 @@ TilePattern: TypeAlias = tuple[int | str, int | str]  # with "*" for any
 
 TRUTH = "world/truth"
 MISSION = "world/mission"
+PAST = "world/past"
 EVERYONE = "all"
 ALL_ALIVE = "uavbridge/*/alive/*"  # of every mission, so not relative to one
 
@@ -59,9 +60,9 @@ SPACES: dict[str, Space] = {
     # Reports for people; state/<agent>/map is the whole map: on request and now and then.
     "state": Space("state/<agent>[/map | /ack]", "the agent", "people: monitor, recorder, judge"),
     # Where the simulated vehicles truly are: for Radio alone.
-    # Beside them the mission as it is flown, targets and all: for people.
+    # Beside them the mission as it is flown, targets and all, and its past: for people.
     "world": Space(
-        "world/truth, world/mission",
+        "world/truth, world/mission, world/past",
         "the simulation, the launcher",
         "the radio's decision, recorder, people",
     ),

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import tomllib
 from collections import Counter, deque
-from dataclasses import dataclass, field
 from math import isfinite, nan
 
 import msgspec
@@ -25,81 +24,32 @@ from uavbridge.agent.report import decode as decode_report
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus, Sample
 from uavbridge.bus.messages import FullMap, decode_map, decode_truth
-from uavbridge.bus.wire import POSITION_LIMIT_M, Frame, Vector, decode, decode_beacon
+from uavbridge.bus.wire import POSITION_LIMIT_M, Vector, decode, decode_beacon
 from uavbridge.clock import SECOND_US, to_s
 from uavbridge.config import Mission
 from uavbridge.config.convert import convert
 from uavbridge.config.field_error import FieldError
+from uavbridge.monitor.past import decode as decode_past
 from uavbridge.monitor.shown import AgentMap, UnionMap, readable
-from uavbridge.radio.radio import Radio
+from uavbridge.monitor.watched import (
+    RECENT_S,
+    Declared,
+    Happening,
+    Point,
+    Watched,
+    hearing,
+    point_of,
+)
 from uavbridge.recording.topics import EventRecord, MissionRecord
 from uavbridge.runner.separation import SeparationWatch
 
-RECENT_S = 3.0  # a sender that was silent for longer is heard by nobody
+__all__ = ["Declared", "Happening", "MissionWatch", "Point", "Watched"]
+
 LEAP_US = 86_400 * SECOND_US  # no mission lasts longer, so no honest clock is so far ahead
 EVENTS_KEPT = 10_000
 SAME_ORDER_S = 5.0  # the judge repeats its orders every second; that is one event
 _ENDED = {phase.value for phase in ENDED}
 _BLIND = "connect"  # the phase in which a position is not known yet
-
-
-@dataclass(frozen=True, slots=True)
-class Happening:
-    """Something that people should know of."""
-
-    t_us: int
-    agent: int | None
-    kind: str  # "phase", "declared", "failure", "order", "link", or what was told
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Point:
-    """The mission in numbers at one second; NaN where a number is not known."""
-
-    t_us: int
-    coverage: float
-    entropy: float  # bits
-    uncertainty: float  # Liu 2022, one-sided
-    declared: int  # cells that some agent declared
-    found: int  # of them, cells with a true target
-    separation_m: float  # closest airborne pair
-    bytes_sent: int  # by all agents over the radio so far
-    bytes_heard: int
-    frames_sent: int
-    frames_heard: int
-
-
-@dataclass(frozen=True, slots=True)
-class Declared:
-    """A cell in which some agent holds a target to be."""
-
-    cell: tuple[int, int]
-    t_us: int
-    by: int
-
-
-@dataclass(slots=True, eq=False)
-class Watched:
-    """One agent, as far as it is known."""
-
-    id: int
-    report: AgentReport | None = None
-    position: Vector | None = None  # ENU m: the true one where the world tells, else its own word
-    velocity: Vector = (0.0, 0.0, 0.0)
-    heading: float = nan  # rad from east, counter-clockwise
-    seen_us: int = -1  # its last sign of life
-    sent_us: int = -1  # its last frame
-    alive: bool | None = None  # by its liveliness token; None: never had one
-    track: list[tuple[float, float, float, float]] = field(default_factory=list)  # t_s, ENU m
-    map: AgentMap | None = None
-    frame: Frame | None = None  # the newest
-    tells: bool = False  # what happens to it, in words, on the bus
-
-    @property
-    def flying(self) -> bool:
-        """In the air, by its own word."""
-        return self.report is not None and self.report.in_air
 
 
 class MissionWatch:
@@ -138,10 +88,14 @@ class MissionWatch:
         self._true_cells: frozenset[tuple[int, int]] = frozenset()
         self._orders: dict[str, tuple[str, int]] = {}
         self._mailboxes = [] if bus is None else [bus.subscribe("**"), bus.watch(keys.alive("*"))]
+        self._since_us: int | None = None
+        self._joining = bus is not None
+        self._recalled: set[tuple[int, str, str]] = set()
         if bus is not None:
-            for pattern in (keys.MISSION, keys.state_map("*")):
+            for pattern in (keys.MISSION, keys.state_map("*"), keys.PAST):
                 for sample in bus.query(pattern, timeout_s):
                     self.apply(sample)
+            self._joining = False
 
     def poll(self) -> None:
         """Take in what the bus brought since the last call."""
@@ -169,6 +123,8 @@ class MissionWatch:
             self._truth(sample.data)
         elif sample.key == keys.MISSION:
             self._mission(sample.data)
+        elif sample.key == keys.PAST:
+            self._recall(sample.data)
         elif space == "alive":
             self._token(sample)
         elif space == "cmd":
@@ -213,18 +169,7 @@ class MissionWatch:
         """By receiver, who is in radio range of it and sent something lately."""
         if self.facts is None:
             return {}
-        placed = [a for _, a in sorted(self.agents.items()) if a.position is not None]
-        if len(placed) < 2:
-            return {}
-        radio = Radio(self.facts.radio.range_m)
-        place = np.array([agent.position for agent in placed])
-        reached = radio.reaches(place[None, :, :], place[:, None, :])
-        recent_us = self.t_us - int(RECENT_S * SECOND_US)
-        sends = np.array([agent.sent_us >= max(recent_us, 0) for agent in placed])
-        reached &= sends[None, :]
-        np.fill_diagonal(reached, False)
-        ids = np.array([agent.id for agent in placed])
-        return {agent.id: ids[row].tolist() for agent, row in zip(placed, reached, strict=True)}
+        return hearing(self.agents.values(), self.facts.radio.range_m, self.t_us)
 
     def _passed(self, t_us: int) -> bool:
         """Mission time is at least this; False when that cannot be."""
@@ -410,6 +355,9 @@ class MissionWatch:
             self.rejects["event"] += 1
             return
         self._agent(number, self.t_us).tells = True
+        if (number, event.kind, event.text) in self._recalled:
+            self._recalled.discard((number, event.kind, event.text))
+            return
         self._happened(self.t_us, number, event.kind, event.text)
 
     def _answered(self, number: int, data: bytes) -> None:
@@ -421,12 +369,32 @@ class MissionWatch:
         if ack.agent == number and not self._agent(number, self.t_us).tells:
             self._happened(self.t_us, number, "order", f"{ack.verb}: {ack.reason or 'done'}")
 
+    def _recall(self, data: bytes) -> None:
+        """What was before we came, as the judge has it."""
+        try:
+            past = decode_past(data)
+        except msgspec.DecodeError:
+            self.rejects["past"] += 1
+            return
+        if self.series or not past.points or not self._passed(past.points[-1].t_us):
+            return
+        self.series = [point_of(point) for point in past.points]
+        for number, track in past.tracks.items():
+            self._agent(number, self.t_us).track[:0] = track
+        for event in past.events:
+            self._agent(event.agent, event.t_us).tells = True
+            self._happened(event.t_us, event.agent, event.kind, event.text)
+            if to_s(self.t_us - event.t_us) < RECENT_S:  # it may come by the other way too
+                self._recalled.add((event.agent, event.kind, event.text))
+
     def _happened(self, t_us: int, agent: int | None, kind: str, text: str) -> None:
         self.events.append(Happening(t_us, agent, kind, text[:500]))
         self.event_count += 1
 
     def _second(self) -> None:
         """A second of mission time has begun: note where everybody is."""
+        if self._joining:
+            return
         t_s = to_s(self.t_us)
         flying = []
         for agent in self.agents.values():
@@ -438,7 +406,12 @@ class MissionWatch:
         if not self.simulated:
             where = np.array(flying).reshape(-1, 3)
             self.separation.add(self.t_us, where, ground_m=-np.inf)
-        self.series.append(self._point())
+        if self._since_us is None:
+            self._since_us = self.t_us
+        # One who has just come knows the sums only when everybody has reported.
+        everybody = all(agent.report for agent in self.agents.values())
+        if everybody or to_s(self.t_us - self._since_us) > RECENT_S:
+            self.series.append(self._point())
 
     def _point(self) -> Point:
         reports = [agent.report for agent in self.agents.values() if agent.report]

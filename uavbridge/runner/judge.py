@@ -32,6 +32,7 @@ from uavbridge.bus.wire import Frame
 from uavbridge.bus.wire import decode as decode_frame
 from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.config import Mission, to_toml
+from uavbridge.monitor.past import Chronicle, PastPoint
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import MissionRecord
 from uavbridge.recording.topics import encode as encode_record
@@ -116,6 +117,7 @@ class Judge:
         self._simulated = False
         self._record = encode_record(MissionRecord(to_toml(mission), mission.seed, mission.clock))
         bus.serve(keys.MISSION, lambda _key: self._record)
+        self._chronicle = Chronicle(bus)
 
     @property
     def found(self) -> int:
@@ -177,9 +179,8 @@ class Judge:
             frame = decode_frame(sample.data, self.rejects)
             if frame and self._is_theirs(sample.key, frame.sender, frame.t_us, t_us):
                 self._merge(frame)
-        for report in self.reports.values():
-            if report.phase != _BLIND:
-                self.tracks.setdefault(report.agent, []).append(report.position)
+        for report in self._placed():
+            self.tracks.setdefault(report.agent, []).append(report.position)
         if not self._simulated:
             self._separation_by_reports(t_us)
         self.samples.append(
@@ -192,11 +193,32 @@ class Judge:
                 self.separation.take_recent(),
             )
         )
+        self._chronicle.add(self._past_point(), self._placed())
         if self.verdict is Verdict.FLYING:
             self._decide(t_us)
         elif not self.ended(t_us):
             # Said again every second: an order may be lost like anything else.
             self._bus.publish(keys.cmd(), _GO_HOME)
+
+    def _placed(self) -> list[AgentReport]:
+        """Of the agents whose position is known."""
+        return [report for report in self.reports.values() if report.phase != _BLIND]
+
+    def _past_point(self) -> PastPoint:
+        now, reports = self.samples[-1], self.reports.values()
+        return PastPoint(
+            now.t_us,
+            now.coverage,
+            now.entropy,
+            now.uncertainty,
+            len(self.declared),
+            now.found,
+            now.separation_m,
+            sum(report.bytes_sent for report in reports),
+            sum(report.bytes_heard for report in reports),
+            sum(report.frames_sent for report in reports),
+            sum(report.frames_heard for report in reports),
+        )
 
     def _decide(self, t_us: int) -> None:
         if self.goal_reached:

@@ -61,7 +61,14 @@ def test_a_watch_knows_what_the_judge_and_the_agents_know(tmp_path, rule):
             np.testing.assert_allclose(shown.probability, belief.probability, atol=1e-6)
             assert agent.report.phase == seat.agent.phase.value
             assert agent.alive
-    early = made["first"]
+    early, late = made["first"], made["late"]
+    # All of the past, and then one point a second but for the one in which reports came in.
+    missed = {s.t_us for s in judge.samples[: len(late.series)]} - {p.t_us for p in late.series}
+    assert len(missed) <= 1
+    assert {e.text for e in late.events} >= {"arm", "takeoff", "search", "landed"}
+    assert {i: len(a.track) for i, a in late.agents.items()} == pytest.approx(
+        {i: len(track) for i, track in judge.tracks.items()}, abs=2
+    )
     assert early.separation.closest == judge.separation.closest
     assert [p.coverage for p in early.series[1:-1]] == pytest.approx(
         [s.coverage for s in judge.samples[1:-1]][: len(early.series) - 2], abs=0.05

@@ -101,11 +101,11 @@ function status() {
   const { mission } = state;
   if (!online) return ["connection lost, trying again", "bad"];
   if (!mission) return ["waiting", "warn"];
-  if (!state.connected) return ["no router: the bus is away", "bad"];
   if (mission.recording) return [state.player && state.player.playing ? `recording, ${state.player.speed} ×` : "recording, paused", ""];
-  if (state.silent) return ["nothing heard", "warn"];
   const phases = [...state.rows.values()].map((row) => row.phase);
   if (phases.length && phases.every((phase) => phase === "landed" || phase === "failed")) return ["all down", ""];
+  if (!state.connected) return ["no router: the bus is away", "bad"];
+  if (state.silent) return ["nothing heard", "warn"];
   return ["live", "good"];
 }
 

@@ -385,6 +385,15 @@ export class MapView {
       context.arc(0, 0, size + 6, 0, TAU);
       context.stroke();
     }
+    const speed = Math.hypot(one.u, one.v);
+    if (speed > 0.5) { // where it will be in five seconds
+      context.strokeStyle = agentColour(one.id);
+      context.lineWidth = 1.5;
+      context.beginPath();
+      context.moveTo(0, 0);
+      context.lineTo(5 * one.u * this.view.scale, -5 * one.v * this.view.scale);
+      context.stroke();
+    }
     context.rotate(-one.heading); // the screen's y goes down
     context.beginPath();
     context.moveTo(1.35 * size, 0);
@@ -393,7 +402,7 @@ export class MapView {
     context.lineTo(-size, -0.85 * size);
     context.closePath();
     context.globalAlpha = row && ENDED.has(row.phase) ? 0.45 : 1;
-    context.fillStyle = row && (row.phase === "failed" || row.alive === false) ? theme.bad : agentColour(one.id);
+    context.fillStyle = row && (row.phase === "failed" || (row.alive === false && row.phase !== "landed")) ? theme.bad : agentColour(one.id);
     context.lineWidth = 2.5;
     context.strokeStyle = theme.halo;
     context.stroke();

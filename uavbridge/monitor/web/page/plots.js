@@ -6,7 +6,7 @@ import { POINT, clockText } from "./state.js";
 const PAD = { left: 40, right: 6, top: 5, bottom: 15 };
 
 const percent = (v) => `${(100 * v).toFixed(0)} %`;
-const plain = (v) => (Math.abs(v) >= 100 ? v.toFixed(0) : Math.abs(v) >= 10 ? v.toFixed(1) : v.toFixed(2));
+const plain = (v) => (v === 0 ? "0" : Math.abs(v) >= 100 ? v.toFixed(0) : Math.abs(v) >= 10 ? v.toFixed(1) : v.toFixed(2));
 const whole = (v) => String(Math.round(v));
 
 export function bytesText(v) {
@@ -106,12 +106,12 @@ export class Plots {
       context.setLineDash([]);
     }
     this.path(context, thin(series, w), scale, theme[kind.colour], 1.6, kind.step);
-    if (kind.second && mission.targets) {
-      this.path(context, thin(values(points, kind, kind.second), w), scale, theme.target, 1.2, true);
-    }
+    const second = kind.second && mission.targets ? values(points, kind, kind.second) : null;
+    if (second) this.path(context, thin(second, w), scale, theme.target, 1.2, true);
     const shown = this.at === null ? series.at(-1) : nearest(series, this.at);
     if (this.at !== null && shown) this.cursor(context, shown, scale, h);
-    plot.value.textContent = shown ? kind.text(shown[1]) + (this.at === null ? "" : ` at ${clockText(shown[0])}`) : "–";
+    const both = second && shown ? `, ${kind.text(nearest(second, shown[0])[1])} true` : "";
+    plot.value.textContent = shown ? kind.text(shown[1]) + both + (this.at === null ? "" : ` at ${clockText(shown[0])}`) : "–";
   }
 
   axis(plot, series, mission, w, h) {
