@@ -153,4 +153,4 @@ def _draw(outcome: Outcome, path: Path) -> None:
     assert outcome.experiment.plot is not None
     with mpl.rc_context({"font.size": 9.0, "axes.titlesize": 9.5}):
         outcome.experiment.plot(figure, outcome)
-        figure.savefig(path, dpi=144, metadata={"Software": None})
+        figure.savefig(path, dpi=110, metadata={"Software": None})

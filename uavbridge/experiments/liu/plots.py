@@ -57,7 +57,7 @@ def against_paper(figure: Figure, outcome: Outcome, metrics: Sequence[tuple[str,
         for label in shown
         if label in _MARKS
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=6, frameon=False)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
 
 
 _MARKS = {"speed_reading=norm": "x", "speed_reading=none": "+", "boids_speed_m=14.14": "^"}
