@@ -245,3 +245,41 @@ def test_the_tutorials_program_reads_maps(
     with ZenohBus(router.endpoint, "liu2022") as bus:
         bus.serve(keys.state_map(3), lambda _: example_map(0))
         until(lambda: exec(tutorial(router)[3], {}) or capsys.readouterr().out.startswith("3 0.0"))
+
+
+LISTENER = """
+import sys, zenoh
+config = zenoh.Config()
+config.insert_json5("mode", '"client"')
+config.insert_json5("connect/endpoints", f'["{sys.argv[1]}"]')
+session = zenoh.open(config)
+listening = session.declare_subscriber("uavbridge/**", lambda sample: None)
+print("ready", flush=True)
+sys.stdin.read()
+session.close()
+"""
+
+
+def test_a_frozen_monitor_holds_up_nobody(router: Router) -> None:
+    command = [sys.executable, "-c", LISTENER, router.endpoint]
+    pipe = subprocess.PIPE
+    with (
+        subprocess.Popen(command, stdin=pipe, stdout=pipe) as monitor,
+        ZenohBus(router.endpoint, "m") as sender,
+        ZenohBus(router.endpoint, "m") as receiver,
+    ):
+        assert monitor.stdout is not None
+        assert monitor.stdout.readline() == b"ready\n"
+        inbox = receiver.subscribe("obs/*")
+        until(lambda: sender.publish(keys.obs(1), b"there?") or inbox.drain())
+        monitor.send_signal(signal.SIGSTOP)
+        began, heard, payload = time.monotonic(), [], bytes(20_000)
+        for number in range(1000):
+            sender.publish(keys.state_map(number % 10), payload)
+            sender.publish(keys.obs(2), b"%d" % number)
+            heard += [sample.data for sample in inbox.drain() if sample.key == keys.obs(2)]
+        took_s = time.monotonic() - began
+        monitor.kill()
+        until(lambda: heard.extend(s.data for s in inbox.drain()) or heard[-1:] == [b"999"])
+        assert len(heard) == 1000
+        assert took_s < 3.0

@@ -43,6 +43,12 @@ _SETTINGS: dict[str, Any] = {
     "transport/link/tx/queue/size/data": 16,
     "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 5000,
 }
+# Whoever is frozen or too slow to listen must not hold up the rest: a router that waits long
+# for one of its clients serves none of the others meanwhile. Microseconds.
+_ROUTER: dict[str, Any] = {
+    "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 200,
+    "transport/link/tx/queue/congestion_control/block/wait_before_close": 200_000,
+}
 _RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 2}
 
 
@@ -301,7 +307,7 @@ class Router:
 
 def _listen(endpoint: str) -> zenoh.Session:
     try:
-        return zenoh.open(_config("router", {"listen/endpoints": [endpoint]}))
+        return zenoh.open(_config("router", {**_ROUTER, "listen/endpoints": [endpoint]}))
     except zenoh.ZError as fault:
         if "in use" in str(fault):
             raise BusError(f"zenoh router: {endpoint} is in use by another program") from None
