@@ -3,22 +3,35 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import Any
 
 import click
 
 from uavbridge.agent.orders import Verb
 from uavbridge.cli.command import ROUTER, choose_mission
+from uavbridge.errors import ConfigError
 
 
 @click.command()
+@click.argument("recording", type=click.Path(path_type=Path), required=False)
+@click.option("--web", is_flag=True, help="In the browser; prints the page's address.")
+@click.option("--port", type=int, default=8000, show_default=True, help="Of the page; 0: any.")
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address of the page.")
+@click.option("--token", envvar="UAVBRIDGE_TOKEN", metavar="T", help="Asked of who opens the page.")
 @click.option("--mission", metavar="NAME", help="Which, if more than one flies.")
 @click.option("--router", metavar="ENDPOINT", default=ROUTER, show_default=True, help="Of the bus.")
-def monitor(**options: Any) -> None:
+def monitor(recording: Path | None, **options: Any) -> None:
     """Watch a flying mission in the terminal: agents, merged map, events; keys give orders.
 
-    It only listens, so it may join and leave at any time.
+    It only listens, so it may join and leave at any time. With --web in the browser, and there
+    a RECORDING (mission.mcap, or its folder) too.
     """
+    if options["web"]:
+        _in_browser(recording, options)
+        return
+    if recording is not None:
+        raise ConfigError("RECORDING: only with --web; in the terminal, uavbridge replay plays it")
     from rich.console import Console
 
     from uavbridge.bus.zenoh_bus import ZenohBus, find_missions
@@ -45,3 +58,20 @@ def monitor(**options: Any) -> None:
             return "; ".join([done, *refused])
 
         run(watch, send, Console())
+
+
+def _in_browser(recording: Path | None, options: dict[str, Any]) -> None:
+    from uavbridge.bus.zenoh_bus import find_missions
+    from uavbridge.monitor.web.pages import Place, serve_live, serve_recording
+
+    place = Place(options["host"], options["port"], options["token"])
+
+    def ready(address: str) -> None:
+        click.echo(f"{address}  (Ctrl-C ends)")
+
+    if recording is not None:
+        serve_recording(recording, place, ready)
+        return
+    router = options["router"]
+    mission = choose_mission(find_missions(router), options["mission"], router)
+    serve_live(router, mission, place, ready)

@@ -41,6 +41,7 @@ class Feed:
         self._told: Mission | None = None
         self._watch: MissionWatch | None = None
         self._hears: list[int] | None = None
+        self._flown: dict[int, int] = {}  # points of each track that were told
         self._forget()
 
     def next(self) -> list[str | bytes]:
@@ -52,6 +53,7 @@ class Feed:
             self._watch, self._told = watch, facts
             points = [_numbers(p) for p in watch.series]
             self._points = len(points)
+            self._flown = {agent.id: len(agent.track) for agent in watch.agents.values()}
             whole = msgspec.structs.replace(
                 facts, t_s=to_s(max(watch.t_us, 0)), tracks=_tracks(watch), points=points
             )
@@ -76,6 +78,7 @@ class Feed:
         self._rows: dict[int, Row] = {}
         self._links: list[tuple[int, int]] = []
         self._points = 0
+        self._flown = {}
         self._events: int | None = None
         self._declared = 0
         self._cells_told: dict[int, Words] = {}
@@ -128,6 +131,7 @@ class Feed:
             silent=source.silent,
             rows=rows or None,
             links=links if changed else None,
+            tracks=self._new_tracks(watch) or None,
             points=[_numbers(point) for point in points] or None,
             events=self._new_events(watch) or None,
             declared=declared,
@@ -137,6 +141,15 @@ class Feed:
             speed=None if player is None else player.speed,
             seeking=player is not None and player.seeking,
         )
+
+    def _new_tracks(self, watch: MissionWatch) -> dict[int, list[float]]:
+        new = {}
+        for agent in watch.agents.values():
+            first = self._flown.get(agent.id, 0)
+            if len(agent.track) > first:
+                new[agent.id] = _flat(agent.track[first:])
+            self._flown[agent.id] = len(agent.track)
+        return new
 
     def _new_rows(self, watch: MissionWatch) -> list[Row]:
         rows = [_row(agent) for agent in watch.agents.values()]
@@ -183,8 +196,13 @@ def _tracks(watch: MissionWatch) -> dict[int, list[float]]:
     tracks = {}
     for agent in watch.agents.values():
         step = len(agent.track) // TRACK_POINTS + 1
-        tracks[agent.id] = [round(part, 1) for _, x, y, _ in agent.track[::step] for part in (x, y)]
+        tracks[agent.id] = _flat(agent.track[::-step][::-1])  # the newest is among them
     return tracks
+
+
+def _flat(track: list[tuple[float, float, float, float]]) -> list[float]:
+    """x, y, x, y, ... of (t, x, y, z)."""
+    return [round(part, 1) for _, x, y, _ in track for part in (x, y)]
 
 
 def _numbers(point: Point) -> list[float | None]:

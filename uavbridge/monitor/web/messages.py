@@ -13,8 +13,6 @@ from __future__ import annotations
 
 from msgspec import Struct
 
-Numbers = tuple[float, ...]
-
 
 class Mission(Struct, frozen=True, tag="mission", tag_field="kind"):
     """All that does not change, and the past; whatever the page knew before is void."""
@@ -36,7 +34,7 @@ class Mission(Struct, frozen=True, tag="mission", tag_field="kind"):
     coverage_goal: float | None = None
     targets: list[tuple[float, float]] | None = None  # the true ones; None: nobody told
     tracks: dict[int, list[float]] = {}  # x, y, x, y, ... of each agent so far
-    points: list[Numbers | list[float | None]] = []
+    points: list[list[float | None]] = []
     version: str = ""
 
 
@@ -78,6 +76,7 @@ class Update(Struct, frozen=True, tag="update", tag_field="kind", omit_defaults=
     silent: bool = False  # nothing was heard for some seconds
     rows: list[Row] | None = None  # those that changed
     links: list[tuple[int, int]] | None = None
+    tracks: dict[int, list[float]] | None = None  # what was flown since: x, y, x, y, ...
     points: list[list[float | None]] | None = None  # new ones, see ``POINT``
     events: list[Event] | None = None  # new ones
     declared: list[tuple[int, int, float, int]] | None = None  # column, row, when, by whom

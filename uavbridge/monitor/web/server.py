@@ -41,6 +41,7 @@ def serve(
     port: int = 0,
     token: str | None = None,
     ready: Callable[[str], None] = _log.info,
+    stop: Callable[[], bool] = lambda: False,
 ) -> None:
     """Serve until Ctrl-C or SIGTERM.
 
@@ -50,6 +51,7 @@ def serve(
         port: 0: any free one.
         token: that everybody must know; needed where ``host`` is not loopback.
         ready: is told the page's address.
+        stop: asked ten times a second; True ends it.
 
     Raises:
         ConfigError: no token for a host that is not loopback, or too short a one.
@@ -58,9 +60,13 @@ def serve(
     listening = listen(host, port, token)
     with listening:
         ready(address(listening, token))
+
+        def end() -> None:
+            server.should_exit = True
+
         # what our own page is told fits websockets' defaults; asks are short
         config = uvicorn.Config(
-            application(source, token),
+            application(source, token, lambda: end() if stop() else None),
             log_config=None,
             access_log=False,
             server_header=False,
@@ -70,7 +76,8 @@ def serve(
             ws_ping_timeout=5.0,
             timeout_graceful_shutdown=1,
         )
-        uvicorn.Server(config).run(sockets=[listening])
+        server = uvicorn.Server(config)
+        server.run(sockets=[listening])
 
 
 def listen(host: str, port: int, token: str | None) -> socket.socket:
@@ -94,12 +101,14 @@ def address(listening: socket.socket, token: str | None) -> str:
     return f"http://{name}:{port}/" + (f"?token={token}" if token else "")
 
 
-def application(source: Source, token: str | None = None) -> ASGIApp:
-    """The ASGI application."""
+def application(
+    source: Source, token: str | None = None, each_step: Callable[[], None] = lambda: None
+) -> ASGIApp:
+    """The ASGI application; ``each_step`` is called ten times a second."""
 
     @asynccontextmanager
     async def running(_app: Starlette) -> AsyncIterator[None]:
-        task = asyncio.create_task(_take_in(source))
+        task = asyncio.create_task(_take_in(source, each_step))
         yield
         task.cancel()
         with suppress(asyncio.CancelledError):
@@ -119,9 +128,10 @@ def application(source: Source, token: str | None = None) -> ASGIApp:
     return Guard(app, token)
 
 
-async def _take_in(source: Source) -> None:
+async def _take_in(source: Source, each_step: Callable[[], None]) -> None:
     while True:
         source.step()
+        each_step()
         await asyncio.sleep(STEP_S)
 
 

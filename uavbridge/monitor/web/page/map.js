@@ -211,6 +211,7 @@ export class MapView {
       declared: this.shownDeclared(),
       targets: this.trueTargets(),
       cells: painted,
+      trails: Object.fromEntries([...this.inked.keys()].map((id) => [id, this.state.trails.get(id)])),
       scale: this.view.scale,
     };
   }
@@ -309,7 +310,9 @@ export class MapView {
     ink.lineWidth = 1.25;
     ink.lineJoin = "round";
     ink.globalAlpha = 0.75;
-    for (const { id, u, v } of vehicles) {
+    const own = this.agent ? this.agent() : 0;
+    const flown = vehicles.filter((one) => !own || one.id === own);
+    for (const { id, u, v } of flown) {
       const trail = this.state.trails.get(id);
       if (!trail) continue;
       let first = this.inked.get(id) ?? 0;
@@ -321,6 +324,16 @@ export class MapView {
     }
     this.context.globalAlpha = 0.7;
     this.context.drawImage(this.flown, 0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
+    this.context.lineWidth = 1.25;
+    for (const { id, x, y } of flown) {
+      const trail = this.state.trails.get(id);
+      if (!trail || !trail.length) continue;
+      this.context.strokeStyle = agentColour(id);
+      this.context.beginPath();
+      this.context.moveTo(...this.pixels(trail.at(-2), trail.at(-1)));
+      this.context.lineTo(...this.pixels(x, y));
+      this.context.stroke();
+    }
     this.context.globalAlpha = 1;
   }
 

@@ -1,6 +1,6 @@
 // What the page knows of the mission: made from the server's messages alone.
 
-const TRAIL_POINTS = 4000; // numbers kept of one vehicle, then every other one goes
+const TRAIL_NUMBERS = 4000; // numbers kept of one vehicle, then every other one goes
 const TRAIL_STEP_M = 0.5;
 
 export const POINT = { t: 0, coverage: 1, entropy: 2, declared: 3, found: 4, separation: 5, bytes: 6, frames: 7 };
@@ -51,6 +51,7 @@ export class State {
     this.player = "playing" in news
       ? { playing: news.playing, speed: news.speed, seeking: news.seeking ?? false } : null;
     for (const [id, x, y, z, u, v, heading] of news.vehicles) this.move(id, x, y, z, u, v, heading, now);
+    for (const [id, track] of Object.entries(news.tracks ?? {})) this.extend(Number(id), track);
     for (const row of news.rows ?? []) {
       this.rows.set(row.id, row);
       this.changed.rows.add(row.id);
@@ -80,16 +81,17 @@ export class State {
       one.since = now;
     }
     Object.assign(one, { x, y, z, u, v, heading });
-    this.extend(id, x, y);
   }
 
-  extend(id, x, y) {
+  extend(id, track) {
     let trail = this.trails.get(id);
     if (!trail) this.trails.set(id, (trail = []));
-    const last = trail.length;
-    if (last && Math.hypot(x - trail[last - 2], y - trail[last - 1]) < TRAIL_STEP_M) return;
-    trail.push(x, y);
-    if (trail.length > TRAIL_POINTS) this.trails.set(id, thinned(trail));
+    for (let i = 0; i < track.length; i += 2) {
+      const last = trail.length;
+      const still = last && Math.hypot(track[i] - trail[last - 2], track[i + 1] - trail[last - 1]) < TRAIL_STEP_M;
+      if (!still) trail.push(track[i], track[i + 1]);
+    }
+    if (trail.length > TRAIL_NUMBERS) this.trails.set(id, thinned(trail));
   }
 
   // Cells of one map: u32 owner, count, then count times flat cell and value.

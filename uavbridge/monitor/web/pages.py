@@ -1,0 +1,142 @@
+"""Pages of a mission on a bus, of a recording, and beside a launcher.
+
+Imports neither starlette nor uvicorn before one is served, so that who lacks the extra is told.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+from uavbridge.bus.zenoh_bus import ZenohBus
+from uavbridge.errors import ConfigError
+from uavbridge.monitor.replayed import Player
+from uavbridge.monitor.web.source import Live, Recorded, Source
+
+LOOPBACK = "127.0.0.1"
+TOKEN = "UAVBRIDGE_TOKEN"  # environment: unlike arguments, not for everybody to read
+PATIENCE_S = 3.0
+_NEEDED = ("starlette", "uvicorn", "websockets")
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a page is served: address, port (0: any free one), and the token to ask for."""
+
+    host: str = LOOPBACK
+    port: int = 0
+    token: str | None = None
+
+
+def check_extra() -> None:
+    """Raise ConfigError where the extra is not installed."""
+    if any(find_spec(name) is None for name in _NEEDED):
+        raise ConfigError("--web: needs the extra: pip install 'uavbridge[web]'")
+
+
+def serve_live(
+    router: str,
+    mission: str,
+    place: Place,
+    ready: Callable[[str], None],
+    stop: Callable[[], bool] = lambda: False,
+) -> None:
+    """Serve the page of a mission on a bus until Ctrl-C.
+
+    Raises:
+        BusError: no router.
+        ConfigError, LinkError: as ``server.serve`` does.
+    """
+    check_extra()
+    with ZenohBus(router, mission) as bus:
+        _serve(Live(bus, mission, connected=lambda: bus.connected), place, ready, stop)
+
+
+def serve_recording(path: Path, place: Place, ready: Callable[[str], None]) -> None:
+    """Serve the page of a recording until Ctrl-C.
+
+    Raises:
+        ConfigError: it is no recording, or as ``server.serve`` does.
+        LinkError: the port cannot be listened on.
+    """
+    check_extra()
+    _serve(Recorded(Player(path)), place, ready, lambda: False)
+
+
+@contextmanager
+def beside(router: str, mission: str, place: Place, ready: Callable[[str], None]) -> Iterator[None]:
+    """Serve a mission's page from a process of its own, as long as the context lasts.
+
+    A page with many vehicles takes time that the launcher's control loop must not lack.
+
+    Raises:
+        ConfigError: the page cannot be served; the process has told why on standard error.
+    """
+    check_extra()
+    environment = {**os.environ, **({TOKEN: place.token} if place.token else {})}
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "uavbridge.monitor.web",
+            router,
+            mission,
+            place.host,
+            str(place.port),
+        ],
+        stdin=subprocess.PIPE,  # its end is the end of the page
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+        start_new_session=True,  # Ctrl-C is for the launcher to act on
+    )
+    assert process.stdin is not None
+    assert process.stdout is not None
+    try:
+        address = process.stdout.readline().strip()
+        if not address:
+            raise ConfigError("--web: the page could not be served")
+        ready(address)
+        yield
+    finally:
+        process.stdin.close()
+        try:
+            process.wait(PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        process.stdout.close()
+
+
+def child(arguments: list[str]) -> None:
+    """The process behind ``beside``: prints the address, ends when standard input does."""
+    router, mission, host, port = arguments
+    ended = threading.Event()
+
+    def watch() -> None:
+        sys.stdin.read()
+        ended.set()
+
+    threading.Thread(target=watch, daemon=True).start()
+    place = Place(host, int(port), os.environ.get(TOKEN))
+    serve_live(router, mission, place, _tell, ended.is_set)
+
+
+def _tell(address: str) -> None:
+    sys.stdout.write(address + "\n")
+    sys.stdout.flush()
+
+
+def _serve(
+    source: Source, place: Place, ready: Callable[[str], None], stop: Callable[[], bool]
+) -> None:
+    from uavbridge.monitor.web.server import serve
+
+    serve(source, host=place.host, port=place.port, token=place.token, ready=ready, stop=stop)
