@@ -1,0 +1,1 @@
+"""Chen et al. 2023: starling flocks of fixed-wing aircraft."""
