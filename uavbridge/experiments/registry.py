@@ -27,14 +27,7 @@ MODULES: Mapping[str, str] = {
     "liu-prior": "liu.prior",
     "liu-statistics": "liu.statistics",
     "liu-maps": "liu.maps",
-    "reality-gap": "comparison.gap",
     "chen-flock": "chen.flock",
-    "zhou-table1": "zhou.table1",
-    "zhou-table3": "zhou.table3",
-    "zhou-table4": "zhou.table4",
-    "zhou-trace": "zhou.trace",
-    "zhou-radio": "zhou.radio",
-    "zhou-energy": "zhou.energy",
 }
 
 
