@@ -28,6 +28,12 @@ MODULES: Mapping[str, str] = {
     "liu-statistics": "liu.statistics",
     "liu-maps": "liu.maps",
     "chen-flock": "chen.flock",
+    "zhou-table1": "zhou.table1",
+    "zhou-table3": "zhou.table3",
+    "zhou-table4": "zhou.table4",
+    "zhou-trace": "zhou.trace",
+    "zhou-radio": "zhou.radio",
+    "zhou-energy": "zhou.energy",
 }
 
 
