@@ -57,7 +57,7 @@ class Tracks:
     mode: I64  # (k, n) of planners.flocking.starling.behaviours
     danger: Bools  # (k, n)
     alarm: Bools  # (k, n)
-    intruders: F64  # (k, m, 3) m
+    intruders: F64  # (k, m, 3) m, NaN when there is none
     way: F64 | None  # (j, 3) m, the last one of the flock
 
 
@@ -109,7 +109,8 @@ def fly(count: int, rules: Rules, rng: Generator, intruders: Intruders | None = 
         velocity = flown(flock.velocity, done.acceleration, rules.wing, STEP_S)
         position = flock.position + (flock.velocity + velocity) * (STEP_S / 2.0)
         flock = Flock(position, velocity, done.danger_s, done.alarm_s)
-        rows.append((position, velocity, done.mode, done.danger_s, done.alarm_s, foes))
+        shown = foes if len(foes) else np.full((1, 3), np.nan)
+        rows.append((position, velocity, done.mode, done.danger_s, done.alarm_s, shown))
     position, velocity, mode, danger, alarm, seen = (
         np.array(part) for part in zip(*rows, strict=True)
     )

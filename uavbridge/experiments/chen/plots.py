@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from planners.flocking.starling import goals
 from planners.flocking.starling.wing import parts
+from planners.paths.dubins import AirplanePath
+from planners.paths.rrt import RrtPath
 from planners.terrain import Terrain
 from uavbridge.experiments.chen import terrains
 from uavbridge.experiments.chen.flight import Tracks
@@ -35,6 +38,62 @@ def flocks(figure: Figure, flights: Sequence[tuple[Case, Tracks]]) -> None:
     for axes in maps[len(flights) :]:
         axes.set_visible(False)
     _over_time(low, flights[0][1])
+
+
+def airplanes(figure: Figure, paths: Sequence[AirplanePath]) -> None:
+    """Figs 9, 12, 13: each path in space and from above."""
+    figure.set_size_inches(10.0, 6.4)
+    for place, path in enumerate(paths):
+        points = path.points(1.0)
+        space: Any = figure.add_subplot(2, len(paths), place + 1, projection="3d")
+        space.plot(points[:, 0], points[:, 1], points[:, 2], color=RED, lw=1.4)
+        space.set_title(f"{path.case}: {path.height:g} m up, {path.length:.0f} m", color=INK)
+        above = figure.add_subplot(2, len(paths), len(paths) + place + 1)
+        above.plot(points[:, 0], points[:, 1], color=RED, lw=1.4)
+        above.plot(points[[0, -1], 0], points[[0, -1], 1], "o", ms=4, color=INK)
+        above.set_aspect("equal", adjustable="datalim")
+        plain(above)
+
+
+def ways(figure: Figure, found: Sequence[tuple[str, RrtPath | None]]) -> None:
+    """Figs 7 and 8: tree, way and smoothed way from above, and the last ones in space."""
+    figure.set_size_inches(11.0, 2.1 * len(found))
+    for place, (name, path) in enumerate(found):
+        above = figure.add_subplot(len(found), 2, 2 * place + 1)
+        terrain = terrains.terrain(name)
+        ground(above, terrain)
+        above.set_title(name, loc="left", color=INK)
+        space: Any = figure.add_subplot(len(found), 2, 2 * place + 2, projection="3d")
+        _surface(space, terrain)
+        if path is None:
+            continue
+        legs = np.stack((path.nodes[path.parents[1:]], path.nodes[1:]), axis=1)[..., :2]
+        above.add_collection(LineCollection(list(legs), colors=FAINT, linewidths=0.4))
+        above.plot(path.raw[:, 0], path.raw[:, 1], color=ORANGE, lw=1.0)
+        above.plot(path.points[:, 0], path.points[:, 1], color=RED, lw=1.6)
+        space.plot(*path.points.T, color=RED, lw=1.6, zorder=5)
+
+
+def intruders(figure: Figure, flights: Sequence[tuple[Case, Tracks]]) -> None:
+    """Tracks from above."""
+    figure.set_size_inches(10.0, 1.6 * len(flights))
+    for place, (case, tracks) in enumerate(flights):
+        axes = figure.add_subplot((len(flights) + 1) // 2, 2, place + 1)
+        _tracks(axes, tracks)
+        axes.set_aspect("equal")
+        axes.set_title(f"{case['intruder']}, {case['n']} aircraft", loc="left", color=INK)
+        plain(axes)
+
+
+def _surface(axes: Any, terrain: Terrain) -> None:
+    west, south, _, _ = terrain.bounds
+    columns, rows = (np.arange(size)[::4] for size in terrain.heights.shape)
+    x, y = west + terrain.cell_m * columns, south + terrain.cell_m * rows
+    axes.plot_surface(
+        *np.meshgrid(x, y, indexing="ij"), terrain.heights[::4, ::4], cmap="Greys", alpha=0.6
+    )
+    axes.set_box_aspect((3.0, 1.0, 0.4))
+    axes.tick_params(labelsize=6)
 
 
 def ground(axes: Axes, terrain: Terrain) -> None:
