@@ -50,6 +50,11 @@ class Braking:
         return 2 * speed_m_s * self.latency_s + speed_m_s * speed_m_s / self.brake_m_s2
 
 
+# What gusts, and neighbours in a corner, push a vehicle past where the filter stops it. Less than
+# how near a vehicle must come to a home that lies on the fence.
+DRIFT_M = 1.0
+
+
 @dataclass(frozen=True, slots=True)
 class Envelope:
     """Where a vehicle may be and how fast it may go. Mission frame, ENU."""

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 from typing import NamedTuple, TypeAlias
 
-from uavbridge.safety.envelope import Envelope
+from uavbridge.safety.envelope import DRIFT_M, Envelope
 
 Vector: TypeAlias = tuple[float, float, float]
 
@@ -94,10 +94,10 @@ def _fence(position: Vector, velocity: Vector, e: Envelope) -> list[HalfSpace]:
     vx, vy, _ = velocity
     speed = e.braking.approach_speed
     return [
-        HalfSpace(1.0, 0.0, 0.0, speed(e.east_m - x, vx)),
-        HalfSpace(-1.0, 0.0, 0.0, speed(x - e.west_m, -vx)),
-        HalfSpace(0.0, 1.0, 0.0, speed(e.north_m - y, vy)),
-        HalfSpace(0.0, -1.0, 0.0, speed(y - e.south_m, -vy)),
+        HalfSpace(1.0, 0.0, 0.0, speed(e.east_m - DRIFT_M - x, vx)),
+        HalfSpace(-1.0, 0.0, 0.0, speed(x - e.west_m - DRIFT_M, -vx)),
+        HalfSpace(0.0, 1.0, 0.0, speed(e.north_m - DRIFT_M - y, vy)),
+        HalfSpace(0.0, -1.0, 0.0, speed(y - e.south_m - DRIFT_M, -vy)),
     ]
 
 

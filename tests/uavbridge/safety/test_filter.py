@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from uavbridge.safety.envelope import Braking, Envelope
+from uavbridge.safety.envelope import DRIFT_M, Braking, Envelope
 from uavbridge.safety.filter import Traffic, constrain
 
 BOX = Envelope(0, 0, 1000, 1000, 15, 120)
@@ -40,8 +40,8 @@ def test_speed_climb_and_sink_are_limited(wanted, position):
 def test_nothing_flies_at_the_fence_faster_than_it_can_stop(wanted, position):
     x, _, z = constrain(wanted, position, REST, [], BOX).velocity
     speed = BOX.braking.approach_speed
-    assert x <= speed(1000 - position[0], 0.0) + 1e-6
-    assert -x <= speed(position[0], 0.0) + 1e-6
+    assert x <= speed(1000 - DRIFT_M - position[0], 0.0) + 1e-6
+    assert -x <= speed(position[0] - DRIFT_M, 0.0) + 1e-6
     assert z <= speed(120 - position[2], 0.0) + 1e-6
     assert -z <= speed(position[2] - 15, 0.0) + 1e-6
 
