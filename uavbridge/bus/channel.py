@@ -26,7 +26,7 @@ from uavbridge.bus.wire import Vector
 from uavbridge.clock import to_us
 from uavbridge.radio import Radio, Transmissions, Verdict
 
-HOLD_S = 0.5  # longest wait for the truth of a message's sending time
+HOLD_S = 0.5  # longest wait for the truth of a message's sending time, unless said otherwise
 FUTURE_S = 1.0  # clocks may differ by this much
 FOLLOW_S = 0.5  # subscriptions follow the agents this often; their margin covers more
 REMEMBERED = 64  # messages of a sender, to know a duplicate
@@ -72,6 +72,7 @@ class Channel(ABC, Generic[M]):
             own position and the receiver's own position decide.
         log: called with (receiver, bytes, delivered, reason) for every message that
             arrived and every local agent but the sender.
+        hold_s: longest wait for the truth of a message's sending time, once there was truth.
 
     Attributes:
         traffic: accounts of each local agent.
@@ -90,6 +91,7 @@ class Channel(ABC, Generic[M]):
         truth: TruthTrack | None = None,
         *,
         log: HeardLog | None = None,
+        hold_s: float = HOLD_S,
     ) -> None:
         self.radio = radio
         self.agents = tuple(sorted(agents))
@@ -102,6 +104,7 @@ class Channel(ABC, Generic[M]):
         self._listening = Listening(bus, self._key, self._tiling)
         self._truth = truth
         self._log = log
+        self._hold_us = to_us(hold_s)
         self._ids = np.array(self.agents, np.int64)
         self._truth_ids: tuple[int, ...] = ()
         self._local = np.zeros((0, 2), np.int64)  # (agents the truth knows, own and its row)
@@ -209,10 +212,10 @@ class Channel(ABC, Generic[M]):
         waiting, self._waiting = self._waiting, []
         if self._truth is None or not self.radio.needs_positions:
             return waiting
-        newest_us = self._truth.newest_us
+        newest_us, hold_us = self._truth.newest_us, self._hold_us
         if newest_us is None:
-            newest_us = -1
-        patience_us = t_us - to_us(HOLD_S)
+            newest_us, hold_us = -1, to_us(HOLD_S)
+        patience_us = t_us - hold_us
         due = []
         for arrival in waiting:
             if arrival.message.t_us <= newest_us:

@@ -9,6 +9,7 @@ from typing import TypeAlias
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.bus.air import Air, SafetyBeacons
 from uavbridge.bus.api import Bus
+from uavbridge.bus.channel import HOLD_S
 from uavbridge.bus.truth import TruthTrack
 from uavbridge.clock import Clock
 from uavbridge.config import Mission
@@ -48,11 +49,20 @@ def build_host(
     beacon = Radio(mission.safety.beacon_range_m, mission.seed)
     truth = TruthTrack(bus)
     heard = HeardNotes()
+    air = Air(
+        bus,
+        radio,
+        agents,
+        assemble.radio_tiling(mission),
+        truth,
+        log=heard.note,
+        hold_s=assemble.patience(mission, HOLD_S),
+    )
     return AgentHost(
         plans,
         vehicles,
         bus=bus,
-        air=Air(bus, radio, agents, assemble.radio_tiling(mission), truth, log=heard.note),
+        air=air,
         beacons=SafetyBeacons(bus, beacon, agents, assemble.beacon_tiling(mission), truth),
         recorder=recorder,
         heard=heard,

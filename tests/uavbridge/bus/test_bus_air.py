@@ -267,6 +267,18 @@ class TestAccounts(LocalSessions):
         assert senders(air.receive(believed, 501_000)[2]) == [1]
         assert air.unsure == 1
 
+    def test_it_waits_as_long_as_it_is_told_where_there_was_truth(self) -> None:
+        truth = TruthTrack()
+        air = Air(self.session(), Radio(400.0), [1, 2], truth=truth, hold_s=5.0)
+        truth.add(0, (1, 2), [STILL, (399.0, 0, 0)])
+        believed = {1: STILL, 2: STILL}
+        air.send(frame(1, STILL, 1000))
+        for t_us in (1000, 501_000, 4_000_000):
+            assert air.receive(believed, t_us)[2] == []
+        truth.add(2000, (1, 2), [STILL, (403.0, 0, 0)])
+        assert air.receive(believed, 4_100_000)[2] == []
+        assert air.traffic[2].dropped == {"out of range": 1}
+
     def test_an_unlimited_radio_asks_for_no_truth(self) -> None:
         air = Air(self.session(), Radio(math.inf), [1, 2], truth=TruthTrack())
         air.send(frame(1, STILL, 1000))
