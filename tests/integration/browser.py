@@ -11,6 +11,7 @@ import signal
 import subprocess
 import tempfile
 import time
+from contextlib import ExitStack
 from pathlib import Path
 from urllib.parse import urlsplit
 from urllib.request import urlopen
@@ -40,24 +41,31 @@ class Browser:
     def __init__(self, width=1440, height=900):
         self.size = width, height
         self.console = []
+        self.numbers = itertools.count(1)
 
     def __enter__(self):
-        self.folder = tempfile.mkdtemp()
-        self.process = subprocess.Popen(
-            [CHROMIUM, *FLAGS, f"--user-data-dir={self.folder}", "about:blank"],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-        try:
-            port = self._port()
-            with urlopen(f"http://127.0.0.1:{port}/json/list", timeout=10) as answer:
+        with ExitStack() as stack:
+            self.folder = tempfile.mkdtemp()
+            stack.callback(shutil.rmtree, self.folder, ignore_errors=True)
+            self.process = subprocess.Popen(
+                [CHROMIUM, *FLAGS, f"--user-data-dir={self.folder}", "about:blank"],
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+            stack.callback(self._kill)
+            with urlopen(f"http://127.0.0.1:{self._port()}/json/list", timeout=10) as answer:
                 target = next(t for t in json.load(answer) if t["type"] == "page")
-            self.socket = connect(target["webSocketDebuggerUrl"], max_size=None, compression=None)
-        except BaseException:
-            self._kill()
-            raise
-        self.numbers = itertools.count(1)
+            url = target["webSocketDebuggerUrl"]
+            self.socket = stack.enter_context(connect(url, max_size=None, compression=None))
+            self._prepare()
+            self.stack = stack.pop_all()
+        return self
+
+    def __exit__(self, *_):
+        self.stack.close()
+
+    def _prepare(self):
         for domain in ("Page", "Runtime", "Log"):
             self.call(f"{domain}.enable")
         width, height = self.size
@@ -68,11 +76,6 @@ class Browser:
             deviceScaleFactor=1,
             mobile=False,
         )
-        return self
-
-    def __exit__(self, *_):
-        self.socket.close()
-        self._kill()
 
     def call(self, method, **params):
         """One DevTools command; events that come meanwhile are kept where they tell of errors."""
@@ -130,7 +133,8 @@ class Browser:
         if kind == "Runtime.exceptionThrown":
             self.console.append(params["exceptionDetails"].get("exception", params))
         elif kind == "Log.entryAdded" and params["entry"]["level"] == "error":
-            self.console.append(params["entry"]["text"])
+            if params["entry"]["source"] != "network":  # a server that is away is told of there
+                self.console.append(params["entry"]["text"])
         elif kind == "Runtime.consoleAPICalled" and params["type"] in ("error", "assert"):
             self.console.append(params["args"])
 
@@ -148,4 +152,3 @@ class Browser:
         if self.process.poll() is None:
             os.killpg(self.process.pid, signal.SIGKILL)
         self.process.wait()
-        shutil.rmtree(self.folder, ignore_errors=True)

@@ -68,9 +68,15 @@ export class Orders {
     const agent = this.to.value === "" ? null : Number(this.to.value);
     const whom = agent === null ? `all ${this.state.rows.size} agents` : `agent ${agent}`;
     const question = QUESTIONS[name] ?? (to && agent === null ? "Send to one point" : null);
-    if (question && !(await this.sure(`${question} ${whom}?`, BUTTONS[name][0]))) return;
+    if (question && !(await this.sure(`${question} ${whom}?`, BUTTONS[name][0]))) {
+      this.say(`${BUTTONS[name][0]}: not sent`, false);
+      return;
+    }
     const ask = this.link.ask({ order: name, agent, to });
-    if (!ask) return this.say(`${BUTTONS[name][0]}: not sent, the connection is lost`, true);
+    if (!ask) {
+      this.say(`${BUTTONS[name][0]}: not sent, the connection is lost`, true);
+      return;
+    }
     this.waiting.add(ask);
     this.say(`${BUTTONS[name][0]} to ${whom} …`, false);
   }
