@@ -207,6 +207,31 @@ def _span(offset: float, radius_m: float, cell_m: float, size: int) -> tuple[int
     return first, last + 1
 
 
+def check_places(terrain: Terrain, what: str, points: npt.ArrayLike, steepest_rad: float) -> None:
+    """Whether points (k, 2 or more) are places to stand on.
+
+    Args:
+        terrain: the ground.
+        what: they are, such as "start", for the message.
+        points: ENU m.
+        steepest_rad: slope that things stand on; such as alpha for vehicles, pi / 2 for any.
+
+    Raises:
+        ValueError: one lies off the terrain, or on a steeper slope; names the first.
+    """
+    xy = np.asarray(points, dtype=np.float64)
+    on, slope = terrain.contains(xy), terrain.slope_at(xy)
+    for number in np.flatnonzero(~on | (slope > steepest_rad)):
+        x, y = xy[number, :2]
+        where = f"{what} {number + 1} at ({x:g}, {y:g})"
+        if not on[number]:
+            west, south, east, north = terrain.bounds
+            area = f"{west:g} to {east:g} east, {south:g} to {north:g} north"
+            raise ValueError(f"{where} is off the terrain ({area})")
+        here, most = np.degrees((slope[number], steepest_rad))
+        raise ValueError(f"{where} is on a slope of {here:.1f} degrees, above {most:.1f}")
+
+
 def steep_share(terrain: Terrain, slope_rad: float) -> float:
     """Share of the area with cells steeper than ``slope_rad`` somewhere."""
     steep: Any = terrain.cell_slopes() > slope_rad

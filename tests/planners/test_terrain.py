@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planners.memory import dumps, loads
-from planners.terrain import Terrain, flat, mountains, steep_share
+from planners.terrain import Terrain, check_places, flat, mountains, steep_share
 
 BOUNDS = (-100.0, 50.0, 400.0, 450.0)
 
@@ -91,3 +91,12 @@ def test_what_is_no_terrain(cell, heights, words):
 def test_what_are_no_mountains(change):
     with pytest.raises(ValueError, match="terrain: "):
         mountains(np.random.default_rng(0), BOUNDS, **{"steepest_rad": 0.5, **change})
+
+
+def test_places_to_stand_on():
+    alpha = np.arctan(np.hypot(0.3, 0.2))
+    check_places(plane(), "start", [(0.0, 100.0), (400.0, 450.0)], alpha + 1e-9)
+    with pytest.raises(ValueError, match=r"start 2 at \(401, 60\) is off the terrain \(-100 to"):
+        check_places(plane(), "start", [(0.0, 100.0), (401.0, 60.0)], np.pi / 2)
+    with pytest.raises(ValueError, match=r"target 1 at .* slope of 19.8 degrees, above 10.0"):
+        check_places(plane(), "target", [(0.0, 100.0)], np.radians(10.0))
