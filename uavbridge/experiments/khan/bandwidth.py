@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from planners.planner import param
 from planners.types import I64
 from uavbridge.experiments.experiment import Case, Experiment, Outcome, Samples
@@ -40,9 +38,7 @@ def simulate(case: Case, params: Params, seeds: I64, fidelity: str) -> Samples:
     rule, uavs = str(case["rule"]), int(case["N"])
     team = gossip_of(rule, setting, len(seeds), uavs, budget_bytes=float(case["bytes"]))
     fates = search(team, setting, uavs, float(case["range"]), seeds)
-    silent = rule == "UNC"  # nobody listens: nobody need send
-    sent = np.zeros(len(seeds)) if silent else fates.bytes_sent / uavs
-    return {**study.metrics(fates), "bytes_per_agent": sent}
+    return {**study.metrics(fates), "bytes_per_agent": fates.bytes_sent / uavs}
 
 
 def plot(figure: Figure, outcome: Outcome) -> None:

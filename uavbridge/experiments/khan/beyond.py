@@ -12,8 +12,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from planners.planner import param
 from planners.types import I64
 from uavbridge.experiments.experiment import Case, Experiment, Outcome, Samples, Value
@@ -72,9 +70,7 @@ def simulate(case: Case, params: Params, seeds: I64, fidelity: str) -> Samples:
         delay=int(case["delay"]),
     )
     fates = search(team, params, uavs, float(case["range"]), seeds, loss=float(case["loss"]))
-    silent = rule == "UNC"  # nobody listens: nobody need send
-    sent = np.zeros(len(seeds)) if silent else fates.bytes_sent / uavs
-    return {**study.metrics(fates), "bytes_per_agent": sent}
+    return {**study.metrics(fates), "bytes_per_agent": fates.bytes_sent / uavs}
 
 
 def plot(figure: Figure, outcome: Outcome) -> None:

@@ -19,7 +19,7 @@ from planners.belief.evidence import posterior
 from planners.belief.fusing import Cells
 from planners.types import F64, I64, Bools
 from uavbridge.experiments.khan.choices import KhanParams, rules
-from uavbridge.experiments.khan.teams import ValueTeam, places
+from uavbridge.experiments.khan.teams import ValueTeam, places, team_of
 from uavbridge.experiments.khan.world import Team
 
 COUNTS = "COUNTS"
@@ -64,7 +64,6 @@ class ValueStore:
 
     def __init__(self, rule: str, choices: KhanParams, runs: int, uavs: int) -> None:
         self._team = ValueTeam(rules(choices)[rule], choices, runs, uavs)
-        self._deaf = rule == "UNC"
         self.items = choices.columns * choices.rows
 
     @property
@@ -82,8 +81,6 @@ class ValueStore:
         return tuple(cells)
 
     def hear(self, run: I64, uav: I64, items: I64, told: Told) -> Bools:
-        if self._deaf:
-            return np.zeros(len(run), np.bool_)
         at = places(self.probability, run, uav, items)
         value, stamp, origin = (part[:, None] for part in told)
         heard = Cells(value.astype(np.float64), stamp.astype(np.int64), origin.astype(np.int32))
@@ -318,6 +315,8 @@ def gossip_of(
 ) -> Team:
     """A fresh team under one of the paper's rules, or under COUNTS."""
     store: Store
+    if rule == "UNC":
+        return team_of(rule, choices, runs, uavs)  # nobody listens: nobody need send
     if rule == COUNTS:
         store = CountStore(choices, runs, uavs)
     elif rule == "SDS":

@@ -52,7 +52,8 @@ class StudyParams(KhanParams):
             if name not in RULES:
                 raise ValueError(f"unknown rule {name!r} (known: {', '.join(RULES)})")
         for label in self.others:
-            read_as(self, label)
+            if label not in READINGS:
+                raise ValueError(f"unknown reading {label!r} (known: {', '.join(READINGS)})")
 
     @property
     def shown(self) -> tuple[str, ...]:
@@ -69,13 +70,7 @@ class StudyParams(KhanParams):
 
 
 def read_as(params: KhanParams, label: str) -> KhanParams:
-    """The setting with one choice made otherwise, "exchange=whole".
-
-    Raises:
-        ValueError: it is none of the readings.
-    """
-    if label not in READINGS:
-        raise ValueError(f"unknown reading {label!r} (known: {', '.join(READINGS)})")
+    """The setting with one choice made otherwise: one of READINGS."""
     name, _, word = label.partition("=")
     changes: dict[str, bool | str] = {name: word == "true" if word in ("true", "false") else word}
     return replace(params, **changes)  # type: ignore[arg-type]
