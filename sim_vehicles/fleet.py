@@ -124,6 +124,7 @@ class Fleet:
         )
         self._busy: set[int] = set()
         self._fresh: set[int] = set()  # who has something to send
+        self._stale = False  # what was asked for may have changed what telemetry reports
         self.counts = tuple(Counts() for _ in specs)
 
     @property
@@ -137,6 +138,9 @@ class Fleet:
         pilot, telemetry, snapshot = self.pilot, self._telemetry, self._report.snapshot
         setpoints = pilot.setpoints
         pilot.legs.heed()
+        if self._stale:
+            self._stale = False
+            self._report.update()
         while self.now_us + step_us <= until_us:
             self._model.step(setpoints, self._wind.step(step_s), step_s)
             self.now_us += step_us
@@ -181,7 +185,7 @@ class Fleet:
             self._busy.add(index)
         if endpoint.out:
             self._fresh.add(index)
-            self._report.update()
+            self._stale = True
 
     def transmit(self) -> list[tuple[int, bytes]]:
         """Datagrams (vehicle index, bytes) due since the last call, each vehicle's in order."""
