@@ -39,6 +39,7 @@ from uavbridge.vehicle.api import (
 AT_HEIGHT_M = 1.5
 OVER_HOME_M = 1.5
 RETRY_S = 2.0
+SLOWEST_CLIMB_M_S = 0.5  # of a vehicle that takes off
 STRANGE_MODE_S = 1.5  # a mode we did not ask for, for so long: somebody has the vehicle
 STALL_S = 0.5  # a step so late may have cost us the vehicle: then it is ours to take back
 STALL_MEMORY_S = 10.0
@@ -117,9 +118,9 @@ class Flight:
                 if severity <= WARNING:
                     self._tell(f"vehicle says: {text}")
             case Refused(Arm(), reason) if self.phase is Phase.ARM:
-                self._arming_refused(reason)
+                self._refused(reason, "arming refused: ")
             case Refused(command, reason):
-                self._tell(f"{type(command).__name__} refused: {reason}")
+                self._refused(f"{type(command).__name__} refused: {reason}")
                 self._settle(ASKED_BY.get(type(command), frozenset()), reason, inputs.t_us)
             case Done(Arm()) if self.phase is Phase.ARM:
                 self.home = _vector(inputs.state)
@@ -134,10 +135,11 @@ class Flight:
             case Done(command):
                 self._settle(ASKED_BY.get(type(command), frozenset()), "", inputs.t_us)
 
-    def _arming_refused(self, reason: str) -> None:
+    def _refused(self, reason: str, before: str = "") -> None:
+        """Tell it, but once: what is refused is asked for again."""
         if reason != self._refusal:
             self._refusal = reason
-            self._tell(f"arming refused: {reason}")
+            self._tell(f"{before}{reason}")
 
     def _watch(self, state: VehicleState, t_us: int) -> None:
         """Time-outs, silence, modes that nobody asked for."""
@@ -146,8 +148,23 @@ class Flight:
                 self._give_up(state, t_us)
         elif not state.link_ok and to_s(t_us - state.t_us) > self.plan.silence_s:
             self._fail(f"vehicle silent for {self.plan.silence_s:g} s", t_us)
+        elif self.phase is Phase.TAKEOFF:
+            patience_s = self.plan.ready_timeout_s + self.plan.low_height_m / SLOWEST_CLIMB_M_S
+            if to_s(t_us - self._since_us) > patience_s:
+                self._come_down(state, t_us)
         elif self.phase in FOLLOWING:
             self._watch_mode(state, t_us)
+
+    def _come_down(self, state: VehicleState, t_us: int) -> None:
+        """It does not take off, or follows no setpoints there."""
+        mode = state.mode_text or state.mode.value
+        why = f"take-off failed: {self._refusal or f'vehicle is in {mode}'}"
+        if state.in_air:
+            self.failure = why
+            self._tell(why, failure=True)
+            self._enter(Phase.LAND, t_us)
+        else:
+            self._fail(why, t_us)
 
     def _watch_mode(self, state: VehicleState, t_us: int) -> None:
         if state.mode is Mode.OFFBOARD:

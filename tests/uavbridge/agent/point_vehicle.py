@@ -20,11 +20,12 @@ from uavbridge.vehicle.api import (
 
 
 class PointVehicle:
-    """Answers at the next ``advance``; ``refusal`` makes arming fail with that reason."""
+    """Answers at the next ``advance``; ``refusal`` makes arming, or ``refuses``, fail with it."""
 
-    def __init__(self, position, *, refusal="", silent=False):
+    def __init__(self, position, *, refusal="", refuses=Arm, silent=False):
         self.home = np.array(position, dtype=float)
         self.refusal = refusal
+        self.refuses = refuses
         self.silent = silent
         self.commands = []
         self._events = []
@@ -42,7 +43,7 @@ class PointVehicle:
             self._wanted = command.velocity
             return
         self.commands.append(command)
-        if isinstance(command, Arm) and self.refusal:
+        if isinstance(command, self.refuses) and self.refusal:
             self._events.append(Refused(command, self.refusal))
             return
         changes = {

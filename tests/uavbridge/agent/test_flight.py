@@ -18,7 +18,7 @@ from uavbridge.agent.phases import ENDED, NEXT, RETURNING, Phase, check
 from uavbridge.agent.plan import AgentPlan, return_heights
 from uavbridge.bus.wire import Beacon
 from uavbridge.safety.envelope import Envelope
-from uavbridge.vehicle.api import LandHere, Mode
+from uavbridge.vehicle.api import Follow, LandHere, Mode, TakeOff
 
 GRID = Grid(0, 0, 100, 10, 10)
 ENVELOPE = Envelope(-50, -50, 1050, 1050, 15, 100)
@@ -170,6 +170,19 @@ def test_a_refusal_to_arm_ends_in_failure_that_says_why():
     run = Run(plan_of(FlyTo(GoTo(np.zeros(3)))), vehicle).until(Phase.FAILED, 100)
     assert run.agent.flight.failure == "refused to arm: Compass not calibrated"
     assert sum("Compass" in tell.text for tell in run.told) == 2  # refused; failed
+    assert not vehicle.state.in_air
+
+
+@pytest.mark.parametrize(
+    ("refuses", "phases"), [(TakeOff, [Phase.FAILED]), (Follow, [Phase.LAND, Phase.DONE])]
+)
+def test_a_vehicle_that_does_not_take_off_is_brought_down(refuses, phases):
+    vehicle = PointVehicle((100, 100, 0), refusal="Not now", refuses=refuses)
+    run = Run(plan_of(FlyTo(GoTo(np.zeros(3)))), vehicle).until(phases[-1], 150)
+    assert run.phases == [Phase.CONNECT, Phase.ARM, Phase.TAKEOFF, *phases]
+    assert "take-off failed" in run.agent.flight.failure
+    assert "Not now" in run.agent.flight.failure
+    assert sum("refused: Not now" in tell.text and not tell.failure for tell in run.told) == 1
     assert not vehicle.state.in_air
 
 
