@@ -107,4 +107,6 @@ def gaussian_prior(
 
 def _below(edges: npt.ArrayLike, mean: float, sigma_m: float) -> F64:
     """Share of a Gaussian below each edge."""
-    return np.array([0.5 * math.erf((edge - mean) / (sigma_m * math.sqrt(2.0))) for edge in np.asarray(edges)])
+    return np.array(
+        [0.5 * math.erf((edge - mean) / (sigma_m * math.sqrt(2.0))) for edge in np.asarray(edges)]
+    )

@@ -9,7 +9,7 @@ import click
 from click.shell_completion import CompletionItem, get_completion_class
 
 from uavbridge.cli.command import command
-from uavbridge.cli.experiments import experiment
+from uavbridge.cli.experiments import compare, experiment
 from uavbridge.cli.group import Group, echo_json, set_up_logging
 from uavbridge.cli.monitor import monitor
 from uavbridge.cli.replay import record, replay, report
@@ -133,6 +133,7 @@ main.add_command(record)
 main.add_command(replay)
 main.add_command(report)
 main.add_command(experiment)
+main.add_command(compare)
 
 
 @main.command(

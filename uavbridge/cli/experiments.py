@@ -8,26 +8,43 @@ import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from uavbridge.cli.group import echo_json
 from uavbridge.errors import ConfigError
 
+if TYPE_CHECKING:
+    from uavbridge.experiments.experiment import Experiment, Outcome
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
 _WIDTH = 132  # of tables that no terminal shows
+
+
+def _spread_options(command: Command) -> Command:
+    """Options of everything that runs many times."""
+    options = [
+        click.option("--runs", type=int, metavar="N", help="Runs a case; default: its own."),
+        click.option("--seed", type=int, default=1, metavar="S", help="Of all randomness."),
+        click.option("--workers", type=int, metavar="W", help="Processes; default: one a core."),
+        click.option("--dask", metavar="ADDRESS", help="Spread over this Dask cluster instead."),
+        click.option(
+            "--fidelity", default="ideal", metavar="ideal|dynamics|mavlink", help="What flies."
+        ),
+        click.option("--out", metavar="DIR", help="Write NAME.json, .csv, .png and .md there."),
+        click.option("--json", "as_json", is_flag=True, help="Print the rows as JSON."),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
 
 
 @click.command()
 @click.argument("name", required=False)
-@click.option("--runs", type=int, metavar="N", help="Runs a case; default: the experiment's.")
-@click.option("--seed", type=int, default=1, metavar="S", help="Of all randomness.")
-@click.option("--workers", type=int, metavar="W", help="Processes; default: one a core.")
-@click.option("--dask", metavar="ADDRESS", help="Spread the runs over this Dask cluster instead.")
-@click.option("--fidelity", default="ideal", metavar="ideal|dynamics|mavlink", help="What flies.")
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="A parameter.")
-@click.option("--out", metavar="DIR", help="Write NAME.json, .csv, .png and .md there.")
-@click.option("--json", "as_json", is_flag=True, help="Print the rows as JSON.")
+@_spread_options
 def experiment(name: str | None, as_json: bool, **options: Any) -> None:
     """Repeat a table or a figure of a paper: NAME; without it, list them.
 
@@ -37,24 +54,65 @@ def experiment(name: str | None, as_json: bool, **options: Any) -> None:
     if name is None:
         _list(as_json)
         return
+    from uavbridge.experiments import registry
+
+    parts = ["uavbridge", "experiment", name]
+    for setting in options["settings"]:
+        parts += ["--set", setting]
+    _run(registry.find(name), _values(options["settings"]), parts, as_json, options)
+
+
+@click.command()
+@click.option("--planner", "planners", required=True, metavar="A,B,..", help="Planners, by commas.")
+@click.option("--mission", metavar="FILE", help="Default: the built-in example.")
+@click.option("--duration", type=float, metavar="S", help="Time limit, instead of the mission's.")
+@_spread_options
+def compare(
+    planners: str, mission: str | None, duration: float | None, as_json: bool, **options: Any
+) -> None:
+    """Put planners, installed ones of others included, on one mission with equal seeds.
+
+    Prints each planner's figures with 95 % intervals, and the differences to the first planner,
+    seed by seed. Exit status: 0 when it ran, 2 for bad input.
+    """
+    from uavbridge.experiments.comparison.compare import EXPERIMENT
+
+    values: dict[str, Any] = {"planners": planners}
+    parts = ["uavbridge", "compare", "--planner", planners]
+    if mission is not None:
+        values["mission"] = mission
+        parts += ["--mission", mission]
+    if duration is not None:
+        values["duration"] = duration
+        parts += ["--duration", f"{duration:g}"]
+    _run(EXPERIMENT, values, parts, as_json, options)
+
+
+def _run(
+    experiment: Experiment,
+    values: dict[str, Any],
+    command: list[str],
+    as_json: bool,
+    options: dict[str, Any],
+) -> None:
+    """Run, write and show."""
     from rich.console import Console
 
-    from uavbridge.experiments import output, registry, runner, spread
+    from uavbridge.experiments import output, runner, spread
 
-    found = registry.find(name)
     workers = options["workers"] if options["workers"] is not None else os.cpu_count() or 1
-    with _progress(name) as progress:
+    with _progress(experiment.name) as progress:
         outcome = runner.run(
-            found,
+            experiment,
             spread.choose(workers, options["dask"]),
-            runs=found.runs if options["runs"] is None else options["runs"],
+            runs=experiment.runs if options["runs"] is None else options["runs"],
             seed=options["seed"],
-            values=_values(options["settings"]),
+            values=values,
             fidelity=options["fidelity"],
             progress=progress,
         )
     if options["out"] is not None:
-        _write(outcome, options)
+        _write(outcome, command, Path(options["out"]))
     if as_json:
         echo_json([row.as_data() for row in outcome.rows])
     else:
@@ -62,19 +120,16 @@ def experiment(name: str | None, as_json: bool, **options: Any) -> None:
         output.show(outcome, console if console.is_terminal else Console(width=_WIDTH))
 
 
-def _write(outcome: Any, options: dict[str, Any]) -> None:
+def _write(outcome: Outcome, command: list[str], folder: Path) -> None:
     from uavbridge.experiments import output
 
-    parts = ["uavbridge", "experiment", outcome.experiment.name]
-    parts += ["--runs", str(outcome.runs), "--seed", str(outcome.seed)]
+    parts = [*command, "--runs", str(outcome.runs), "--seed", str(outcome.seed)]
     if outcome.fidelity != "ideal":
         parts += ["--fidelity", outcome.fidelity]
-    for setting in options["settings"]:
-        parts += ["--set", setting]
     try:
-        paths = output.write(outcome, Path(options["out"]), shlex.join(parts))
+        paths = output.write(outcome, folder, shlex.join(parts))
     except OSError as error:
-        raise ConfigError(f"--out {options['out']}: {error.strerror}") from error
+        raise ConfigError(f"--out {folder}: {error.strerror}") from error
     for path in paths:
         click.echo(f"wrote {path}", err=True)
 

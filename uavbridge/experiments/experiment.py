@@ -78,6 +78,7 @@ class Experiment:
             seeds, run by run. Readings always do.
         axis: of the metrics that are curves.
         medians: metrics that the paper shows as boxplots.
+        intervals: the table shows 95 % intervals of the means instead of standard errors.
         derive: further rows from the samples, for what is no mean over runs.
         remarks: what the rows show, in a line each; printed below the table.
         plot: draws on an empty figure.
@@ -97,6 +98,7 @@ class Experiment:
     paired: tuple[str, ...] = ()
     axis: Axis | None = None
     medians: tuple[str, ...] = ()
+    intervals: bool = False
     derive: Callable[[Outcome], Sequence[Row]] | None = None
     remarks: Callable[[Outcome], Sequence[str]] | None = None
     plot: Callable[[Figure, Outcome], None] | None = None

@@ -15,6 +15,7 @@ from rich.table import Table
 
 from uavbridge.experiments import printed
 from uavbridge.experiments.experiment import Outcome
+from uavbridge.experiments.intervals import t_quantile
 from uavbridge.experiments.rows import Row
 
 _NUMBERS = 4  # last columns of the table: paper, ours, spread, n
@@ -122,7 +123,8 @@ def _table(outcome: Outcome) -> tuple[list[str], list[list[str]]]:
     keys = list(dict.fromkeys(key for row in rows for key in row.case))
     readings = any(row.reading is not None for row in rows)
     header = [*keys, *(["reading"] if readings else []), "metric"]
-    header += ["paper", "ours", "± se, or quartiles", "n"]
+    spread = "95 % interval" if outcome.experiment.intervals else "± se, or quartiles"
+    header += ["paper", "ours", spread, "n"]
     return header, [_cells(row, keys, readings, outcome) for row in rows]
 
 
@@ -134,7 +136,17 @@ def _cells(row: Row, keys: Sequence[str], readings: bool, outcome: Outcome) -> l
     cells += [row.metric, number(row.paper)]
     if row.metric in outcome.experiment.medians:
         return [*cells, number(row.median), f"{number(row.q25)} .. {number(row.q75)}", of_all]
+    if outcome.experiment.intervals:
+        return [*cells, number(row.mean), _interval(row), of_all]
     return [*cells, number(row.mean), f"± {number(row.se)}", of_all]
+
+
+def _interval(row: Row) -> str:
+    """The 95 % interval of the mean."""
+    if row.mean is None or row.se is None:
+        return "-"
+    wide = row.se * t_quantile(row.n - 1)
+    return f"{number(row.mean - wide)} .. {number(row.mean + wide)}"
 
 
 def _cell(value: object) -> str:

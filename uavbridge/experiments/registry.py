@@ -27,6 +27,7 @@ MODULES: Mapping[str, str] = {
     "liu-prior": "liu.prior",
     "liu-statistics": "liu.statistics",
     "liu-maps": "liu.maps",
+    "reality-gap": "comparison.gap",
     "chen-dubins": "chen.dubins",
     "chen-rrt": "chen.rrt",
     "chen-flock": "chen.flock",

@@ -1,0 +1,1 @@
+"""Planners on one mission, in three fidelities: ``uavbridge compare`` and ``reality-gap``."""

@@ -1,0 +1,117 @@
+"""How one mission went, in figures that all fidelities share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planners.types import F64, Bools, Neighbours
+from uavbridge.config import Mission
+from uavbridge.radio.radio import Radio
+
+CURVES = (
+    "coverage",
+    "entropy",
+    "uncertainty",
+    "targets_found",
+    "components",
+    "age_s",
+    "bytes_per_agent",
+)
+SAMPLES = 61  # points of a curve over the mission's time limit
+
+
+@dataclass(slots=True)
+class Trial:
+    """One mission, sampled once a second from the start of the search on.
+
+    Attributes:
+        duration_s: the mission's time limit.
+        t_s: times of the samples.
+        curves: by name, a value a sample: coverage (share of the cells seen), entropy and
+            one-sided uncertainty (bit) of the union of maps, true targets declared, groups that
+            can reach each other by radio, mean age of what is known of another agent's position,
+            bytes sent an agent.
+        goal_s: when every target was declared and enough seen; NaN: never.
+        covered_s: when enough was seen; NaN: never.
+        false_targets: cells declared that hold none.
+    """
+
+    duration_s: float
+    t_s: list[float] = field(default_factory=list)
+    curves: dict[str, list[float]] = field(default_factory=lambda: {name: [] for name in CURVES})
+    goal_s: float = float("nan")
+    covered_s: float = float("nan")
+    false_targets: int = 0
+
+    def add(self, t_s: float, mission: Mission, values: Mapping[str, float]) -> None:
+        """One sample."""
+        self.t_s.append(t_s)
+        for name in CURVES:
+            self.curves[name].append(values[name])
+        covered = values["coverage"] >= mission.coverage_goal
+        if covered and np.isnan(self.covered_s):
+            self.covered_s = t_s
+        found = values["targets_found"] >= len(mission.target_cells())
+        if covered and found and np.isnan(self.goal_s):
+            self.goal_s = t_s
+
+    def figures(self) -> dict[str, float]:
+        """Numbers of this mission."""
+        return {
+            "goal_s": self.goal_s,
+            "coverage_s": self.covered_s,
+            "coverage": self.curves["coverage"][-1],
+            "targets_found": self.curves["targets_found"][-1],
+            "false_targets": float(self.false_targets),
+            "entropy": self.curves["entropy"][-1],
+            "uncertainty": self.curves["uncertainty"][-1],
+            "components": float(np.mean(self.curves["components"])),
+            "age_s": float(np.mean(self.curves["age_s"])),
+            "bytes_per_agent": self.curves["bytes_per_agent"][-1],
+            "bytes_per_agent_s": self.curves["bytes_per_agent"][-1] / max(self.t_s[-1], 1.0),
+        }
+
+    def resampled(self) -> dict[str, F64]:
+        """Curves (SAMPLES,) over the time limit; after the end the last value stays."""
+        at = np.linspace(0.0, self.duration_s, SAMPLES)
+        place = np.searchsorted(self.t_s, at, side="right") - 1
+        place = np.maximum(place, 0)
+        return {name: np.array(values)[place] for name, values in self.curves.items()}
+
+
+def components(position: F64, radio: Radio) -> int:
+    """Groups of agents at positions (n, 3) m that can reach each other, also by others."""
+    reach: Bools = radio.reaches(position[:, None, :], position[None, :, :])
+    group = np.arange(len(position))
+    for _ in range(len(position)):
+        least = np.where(reach, group[None, :], len(position)).min(axis=1)
+        if (least == group).all():
+            break
+        group = least
+    return len(set(group.tolist()))
+
+
+class Ages:
+    """How old what each agent knows of each other's position is.
+
+    Args:
+        team: ids, ascending.
+    """
+
+    def __init__(self, team: tuple[int, ...]) -> None:
+        self._row = {agent: row for row, agent in enumerate(team)}
+        self._last_s = np.zeros((len(team), len(team)))  # the newest that a row knows of a column
+
+    def heard(self, agent: int, heard: Neighbours, t_s: float) -> None:
+        """What one agent knows at a time since the search began."""
+        columns = [self._row[other] for other in heard.ids.tolist()]
+        row = self._last_s[self._row[agent]]
+        row[columns] = np.maximum(row[columns], t_s - heard.age_s)
+
+    def mean(self, t_s: float) -> float:
+        """Mean age (s) over all pairs; who was never heard was last known at the start."""
+        others = ~np.eye(len(self._row), dtype=np.bool_)
+        return float((t_s - self._last_s[others]).mean()) if others.any() else 0.0
