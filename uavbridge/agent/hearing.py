@@ -18,7 +18,7 @@ class Hearing:
 
     def __init__(self) -> None:
         self._frames: dict[int, Frame] = {}
-        self._beacons: dict[int, Beacon] = {}
+        self._beacons: dict[int, Beacon] = {}  # ascending senders
 
     def frame(self, frame: Frame) -> None:
         """A frame arrived; an older one than known changes nothing."""
@@ -29,7 +29,9 @@ class Hearing:
     def beacon(self, beacon: Beacon) -> None:
         """A beacon arrived."""
         known = self._beacons.get(beacon.sender)
-        if known is None or beacon.t_us > known.t_us:
+        if known is None:
+            self._beacons = dict(sorted([*self._beacons.items(), (beacon.sender, beacon)]))
+        elif beacon.t_us > known.t_us:
             self._beacons[beacon.sender] = beacon
 
     def neighbours(self, t_us: int) -> Neighbours:
@@ -53,11 +55,8 @@ class Hearing:
 
     def traffic(self, t_us: int) -> list[Traffic]:
         """The others where they should be now: beacons carried forward, ascending id."""
-        return [
-            _carried(self._beacons[i], t_us)
-            for i in sorted(self._beacons)
-            if self._beacons[i].t_us >= t_us - to_us(FORGET_BEACON_S)
-        ]
+        oldest = t_us - to_us(FORGET_BEACON_S)
+        return [_carried(b, t_us) for b in self._beacons.values() if b.t_us >= oldest]
 
 
 def _carried(beacon: Beacon, t_us: int) -> Traffic:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from itertools import pairwise
 from struct import Struct, error
 
 import numpy as np
@@ -183,10 +182,10 @@ def _truth(data: bytes) -> Truth:
     check_time(t_us)
     position = np.frombuffer(data, "<f8", 3 * count, _TRUTH.size).astype(np.float64)
     with np.errstate(invalid="ignore"):  # signalling NaN
-        possible = np.all(np.abs(position) <= POSITION_LIMIT_M)
-    if not possible:
+        low, high = position.min(initial=0.0), position.max(initial=0.0)
+    if not (low >= -POSITION_LIMIT_M and high <= POSITION_LIMIT_M):  # NaN neither
         raise MalformedError("position")
     ids = np.frombuffer(data, "<u4", count, _TRUTH.size + 24 * count).tolist()
-    if any(a >= b for a, b in pairwise(ids)):
+    if ids != sorted(set(ids)):
         raise MalformedError("value")
     return Truth(t_us, tuple(ids), position.reshape(count, 3))

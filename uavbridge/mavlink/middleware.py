@@ -7,30 +7,27 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from uavbridge.mavlink.frames import split
 from uavbridge.mavlink.link import Link
 
 Direction: TypeAlias = Literal["received", "sent"]
-FrameSink: TypeAlias = Callable[[int, Direction, bytes], None]
-"""Gets (mission time in microseconds, direction, one raw frame)."""
+Sink: TypeAlias = Callable[[int, Direction, bytes], None]
+"""Gets (mission time in microseconds, direction, one datagram of raw frames)."""
 
 
 class TlogLink:
-    """Shows every whole frame, both ways, to a sink, in order.
+    """Shows every datagram, both ways, to a sink, in order.
 
     Args:
-        link: what carries the frames.
-        sink: is given each frame; bytes that are no frame are passed on, not shown.
+        link: what carries them.
+        sink: is given each.
         now: tells mission time in microseconds.
     """
 
-    def __init__(self, link: Link, sink: FrameSink, now: Callable[[], int]) -> None:
+    def __init__(self, link: Link, sink: Sink, now: Callable[[], int]) -> None:
         self._link, self._sink, self._now = link, sink, now
 
     def send(self, data: bytes) -> None:
-        t_us = self._now()
-        for frame in split(data):
-            self._sink(t_us, "sent", frame)
+        self._sink(self._now(), "sent", data)
         self._link.send(data)
 
     def receive(self) -> list[bytes]:
@@ -38,8 +35,7 @@ class TlogLink:
         if datagrams:
             t_us = self._now()
             for datagram in datagrams:
-                for frame in split(datagram):
-                    self._sink(t_us, "received", frame)
+                self._sink(t_us, "received", datagram)
         return datagrams
 
     def close(self) -> None:

@@ -74,4 +74,4 @@ def logged(mission: Mission, link: Link, agent: int, recorder: Recorder, clock: 
     if not mission.recording.tlog:
         return link
     log = recorder.tlog(agent)
-    return TlogLink(link, lambda t_us, _direction, frame: log.write(t_us, frame), clock.now_us)
+    return TlogLink(link, lambda t_us, _direction, data: log.write(t_us, data), clock.now_us)

@@ -21,6 +21,7 @@ from typing import NamedTuple, TypeAlias
 from uavbridge.safety.envelope import DRIFT_M, Envelope
 
 Vector: TypeAlias = tuple[float, float, float]
+Wall: TypeAlias = tuple[float, float, float, float, float]  # normal, room to it, speed towards it
 
 ROUNDS = 8  # of cyclic projection; what is left over is scaled away
 SIDESTEP = 0.5  # share of a blocked approach that goes to the right instead
@@ -92,21 +93,31 @@ def constrain(
 def _fence(position: Vector, velocity: Vector, e: Envelope) -> list[HalfSpace]:
     x, y, _ = position
     vx, vy, _ = velocity
-    speed = e.braking.approach_speed
-    return [
-        HalfSpace(1.0, 0.0, 0.0, speed(e.east_m - DRIFT_M - x, vx)),
-        HalfSpace(-1.0, 0.0, 0.0, speed(x - e.west_m - DRIFT_M, -vx)),
-        HalfSpace(0.0, 1.0, 0.0, speed(e.north_m - DRIFT_M - y, vy)),
-        HalfSpace(0.0, -1.0, 0.0, speed(y - e.south_m - DRIFT_M, -vy)),
-    ]
+    walls = (
+        (1.0, 0.0, 0.0, e.east_m - DRIFT_M - x, vx),
+        (-1.0, 0.0, 0.0, x - e.west_m - DRIFT_M, -vx),
+        (0.0, 1.0, 0.0, e.north_m - DRIFT_M - y, vy),
+        (0.0, -1.0, 0.0, y - e.south_m - DRIFT_M, -vy),
+    )
+    return _near(walls, e.speed_m_s, e)
 
 
 def _band(z: float, vz: float, e: Envelope, keep_band: bool) -> list[HalfSpace]:
-    speed = e.braking.approach_speed
-    rules = [HalfSpace(0.0, 0.0, 1.0, speed(e.altitude_max_m - z, vz))]
+    rules = _near([(0.0, 0.0, 1.0, e.altitude_max_m - z, vz)], e.climb_m_s, e)
     if keep_band:
-        rules.append(HalfSpace(0.0, 0.0, -1.0, speed(z - e.altitude_min_m, -vz)))
+        rules += _near([(0.0, 0.0, -1.0, z - e.altitude_min_m, -vz)], e.sink_m_s, e)
     return rules
+
+
+def _near(walls: Iterable[Wall], top_m_s: float, e: Envelope) -> list[HalfSpace]:
+    """Rules for the walls that matter: from the others any allowed speed can be stopped in time."""
+    braking = e.braking
+    stop_m = top_m_s * top_m_s / (2 * braking.brake_m_s2)
+    return [
+        HalfSpace(x, y, z, braking.approach_speed(room_m, closing_m_s))
+        for x, y, z, room_m, closing_m_s in walls
+        if room_m - max(closing_m_s, 0.0) * braking.latency_s < stop_m
+    ]
 
 
 def _separation(

@@ -18,11 +18,11 @@ from uavbridge.mavlink.urls import Endpoint, parse_url
 from uavbridge.rng import stream
 
 
-def test_every_frame_is_shown_with_its_time() -> None:
+def test_every_datagram_is_shown_with_its_time() -> None:
     here, there = memory_pair()
     shown: list[tuple[int, str, bytes]] = []
     now_us = 5
-    link = TlogLink(here, lambda *frame: shown.append(frame), lambda: now_us)
+    link = TlogLink(here, lambda *datagram: shown.append(datagram), lambda: now_us)
     encoder = Encoder(1)
     a, b, c = (encoder.pack("HEARTBEAT", custom_mode=number) for number in (1, 2, 3))
     link.send(a + b)
@@ -30,7 +30,7 @@ def test_every_frame_is_shown_with_its_time() -> None:
     there.send(c + b"junk")
     assert link.receive() == [c + b"junk"]
     assert there.receive() == [a + b]
-    assert shown == [(5, "sent", a), (5, "sent", b), (9, "received", c)]
+    assert shown == [(5, "sent", a + b), (9, "received", c + b"junk")]
 
 
 @given(st.floats(0.0, 1.0), st.integers(0, 100))
