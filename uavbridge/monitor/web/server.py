@@ -6,7 +6,7 @@ import asyncio
 import logging
 import socket
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from importlib.resources import files
 
 import msgspec
@@ -57,6 +57,7 @@ def serve(
         ConfigError: no token for a host that is not loopback, or too short a one.
         LinkError: the port cannot be listened on.
     """
+    faults: list[BaseException] = []  # of taking in the mission, raised where people see them
     listening = listen(host, port, token)
     with listening:
         ready(address(listening, token))
@@ -64,9 +65,14 @@ def serve(
         def end() -> None:
             server.should_exit = True
 
+        def ended(task: asyncio.Task[None]) -> None:
+            if not task.cancelled() and (fault := task.exception()) is not None:
+                faults.append(fault)
+                end()
+
         # what our own page is told fits websockets' defaults; asks are short
         config = uvicorn.Config(
-            application(source, token, lambda: end() if stop() else None),
+            application(source, token, lambda: end() if stop() else None, ended),
             log_config=None,
             access_log=False,
             server_header=False,
@@ -78,6 +84,8 @@ def serve(
         )
         server = uvicorn.Server(config)
         server.run(sockets=[listening])
+    if faults:
+        raise faults[0]
 
 
 def listen(host: str, port: int, token: str | None) -> socket.socket:
@@ -102,17 +110,27 @@ def address(listening: socket.socket, token: str | None) -> str:
 
 
 def application(
-    source: Source, token: str | None = None, each_step: Callable[[], None] = lambda: None
+    source: Source,
+    token: str | None = None,
+    each_step: Callable[[], None] = lambda: None,
+    ended: Callable[[asyncio.Task[None]], None] = lambda _task: None,
 ) -> ASGIApp:
-    """The ASGI application; ``each_step`` is called ten times a second."""
+    """The ASGI application.
+
+    Args:
+        source: of the mission.
+        token: that everybody must know; None: loopback alone.
+        each_step: called ten times a second.
+        ended: told when the mission is taken in no more.
+    """
 
     @asynccontextmanager
     async def running(_app: Starlette) -> AsyncIterator[None]:
         task = asyncio.create_task(_take_in(source, each_step))
+        task.add_done_callback(ended)
         yield
         task.cancel()
-        with suppress(asyncio.CancelledError):
-            await task
+        await asyncio.gather(task, return_exceptions=True)
 
     async def page(websocket: WebSocket) -> None:
         await _Session(websocket, source).run()

@@ -5,6 +5,9 @@ const NAMES = ["ground", "panel", "edge", "text", "muted", "faint", "accent", "g
 const STEEPNESS = 3.2; // log-odds away from the prior that take the full colour
 const OLD_S = 300; // looks older than this have the faintest colour
 
+const light = matchMedia("(prefers-color-scheme: light)");
+const agentColours = new Map();
+
 export let theme = read();
 const onTheme = [];
 
@@ -12,8 +15,9 @@ export function whenThemeChanges(act) {
   onTheme.push(act);
 }
 
-matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => {
+light.addEventListener("change", () => {
   theme = read();
+  agentColours.clear();
   onTheme.forEach((act) => act());
 });
 
@@ -24,8 +28,12 @@ function read() {
 
 // A vehicle's own: the golden angle keeps neighbours in the list apart.
 export function agentColour(id) {
-  const light = matchMedia("(prefers-color-scheme: light)").matches;
-  return `hsl(${(id * 137.508 + 150) % 360} ${light ? "75% 36%" : "80% 68%"})`;
+  let colour = agentColours.get(id);
+  if (!colour) {
+    colour = `hsl(${(id * 137.508 + 150) % 360} ${light.matches ? "75% 36%" : "80% 68%"})`;
+    agentColours.set(id, colour);
+  }
+  return colour;
 }
 
 export function rgb(hex) {

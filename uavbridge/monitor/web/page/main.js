@@ -184,6 +184,7 @@ Object.defineProperty(window, "__drawn", {
     t: state.t,
     online,
     version: state.version,
+    updates: state.updates,
     name: state.mission && state.mission.name,
     all: views.all.drawn,
     agent: $("#agent-view").hidden ? null : views.agent.drawn,

@@ -194,7 +194,7 @@ export class MapView {
     this.trails(vehicles);
     this.wires(links, byId);
     if (this.options.ranges || this.options.chosen) this.ranges(vehicles);
-    for (const one of vehicles) this.vehicle(one, vehicles.length);
+    for (const one of vehicles) this.vehicle(one);
     this.scaleBar();
     this.tell(owner);
     this.dirty = vehicles.some((one) => !one.still);
@@ -383,11 +383,13 @@ export class MapView {
     context.globalAlpha = 1;
   }
 
-  vehicle(one, count) {
+  vehicle(one) {
     const { context } = this;
     const [px, py] = this.pixels(one.x, one.y);
     const row = this.state.rows.get(one.id);
-    const size = count > 40 ? 6 : 8;
+    const crowded = this.state.vehicles.size > 40;
+    const room = Math.min(this.canvas.clientWidth, this.canvas.clientHeight);
+    const size = Math.min(Math.max(room / 75, 4), 8) * (crowded ? 0.75 : 1);
     const chosen = one.id === this.options.chosen;
     context.save();
     context.translate(px, py);
@@ -421,7 +423,7 @@ export class MapView {
     context.stroke();
     context.fill();
     context.restore();
-    if (count <= 40 || chosen || this.view.scale * 30 > 60) this.label(String(one.id), px + size + 5, py - size);
+    if (!crowded || chosen || this.view.scale * 30 > 60) this.label(String(one.id), px + size + 5, py - size);
   }
 
   label(text, x, y) {

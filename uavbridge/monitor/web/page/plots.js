@@ -119,7 +119,7 @@ export class Plots {
     const [first, last] = this.span();
     const data = series.map((p) => p[1]);
     const line = kind.line ? kind.line(mission) : null;
-    const top = Math.max(...data.slice(-4000), kind.top ? kind.top(mission) : 0, line ?? 0, kind.log ? 1 : 1e-9);
+    const top = Math.max(...data.slice(-4000), kind.top ? kind.top(mission) : 0, line ?? 0, kind.log ? 1 : kind.rate ? 1000 : 1e-9);
     const least = Math.min(...data.slice(-4000), line ?? Infinity, top);
     const low = kind.log ? Math.max(Math.min(least, top / 10), 0.1) : 0;
     const y = kind.log

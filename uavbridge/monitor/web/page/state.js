@@ -7,6 +7,7 @@ export const POINT = { t: 0, coverage: 1, entropy: 2, declared: 3, found: 4, sep
 
 export class State {
   constructor() {
+    this.updates = 0;
     this.version = 0; // of the mission: greater means that all before is void
     this.forget(null);
   }
@@ -45,6 +46,7 @@ export class State {
   }
 
   update(news, now) {
+    this.updates += 1;
     this.t = news.t_s;
     this.connected = news.connected ?? true;
     this.silent = news.silent ?? false;
