@@ -12,13 +12,14 @@ from planners.search.boids import BOIDS, BOIDS_GUIDED
 from planners.search.esustpm import ESUSTPM
 from planners.search.mower import MOWER
 from planners.search.random_walk import RANDOM
+from planners.search.starling import STARLING
 from planners.search.sweep import SWEEP
 from planners.types import Scenario
 
 P = TypeVar("P")
 
 BUILTIN: Mapping[str, PlannerKind] = {
-    kind.name: kind for kind in (ESUSTPM, BOIDS_GUIDED, BOIDS, MOWER, SWEEP, RANDOM)
+    kind.name: kind for kind in (ESUSTPM, BOIDS_GUIDED, BOIDS, MOWER, SWEEP, RANDOM, STARLING)
 }
 
 

@@ -124,12 +124,17 @@ def ahead(way: F64, position: F64, ahead_m: float) -> F64:
 
 
 def remaining(way: F64, position: F64) -> F64:
-    """What of a way (k, 3) is left to one that is beside it at ``position`` (3,): from there on."""
+    """What of a way (k, 3) is left to one that is beside it at ``position`` (3,): from there on.
+
+    To one that is past its end, a metre straight on.
+    """
     legs = np.diff(way, axis=0)
     square = np.maximum((legs * legs).sum(axis=-1), 1e-9)
     along = np.clip(((position - way[:-1]) * legs).sum(axis=-1) / square, 0.0, 1.0)
     away = position - way[:-1] - along[:, None] * legs
     leg = int(np.argmin((away * away).sum(axis=-1)))
+    if leg == len(legs) - 1 and along[leg] >= 1.0:
+        return np.stack((position, position + legs[leg] / np.sqrt(square[leg])))
     return np.concatenate((position[None], way[leg + 1 :]))
 
 

@@ -130,6 +130,8 @@ def test_remaining_starts_beside_the_way():
     way = np.array([[0.0, 0, 0], [100, 0, 0], [100, 100, 0]])
     left = route.remaining(way, np.array([50.0, 10.0, 0.0]))
     assert np.allclose(left, [[50, 10, 0], [100, 0, 0], [100, 100, 0]])
+    past = route.remaining(way, np.array([110.0, 130.0, 0.0]))
+    assert np.allclose(past, [[110, 130, 0], [110, 131, 0]])
 
 
 def in_flight(count=5, seed=3):
