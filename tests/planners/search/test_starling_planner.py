@@ -13,7 +13,6 @@ from planners.search.starling import STARLING
 from planners.terrain import Terrain
 from planners.types import Limits, Neighbours, Scenario, View
 
-
 ages = st.floats(0.0, 1e4, width=32) | st.just(math.inf)
 points = st.lists(
     st.tuples(*[st.floats(-1e5, 1e5, width=32)] * 3), min_size=2, max_size=message.POINTS
