@@ -27,13 +27,13 @@ from uavbridge import run
 from uavbridge.agent.report import AgentReport, encode
 from uavbridge.agent.report import decode as decode_report
 from uavbridge.bus import keys
+from uavbridge.bus.api import Sample
 from uavbridge.bus.local import LocalHub
 from uavbridge.bus.wire import DELTA, Frame
 from uavbridge.bus.wire import encode as encode_frame
 from uavbridge.bus.zenoh_bus import Router, ZenohBus
 from uavbridge.config import load, to_toml
 from uavbridge.errors import ConfigError
-from uavbridge.monitor.replayed import sample_of
 from uavbridge.monitor.watch import MissionWatch
 from uavbridge.monitor.web.pages import Place, beside
 from uavbridge.monitor.web.server import LOOPBACK, application, listen
@@ -41,6 +41,7 @@ from uavbridge.monitor.web.source import Live
 from uavbridge.recording.reader import Recording
 from uavbridge.recording.topics import EventRecord, MissionRecord
 from uavbridge.recording.topics import encode as encode_record
+from uavbridge.replay.play import key_of
 
 pytestmark = [
     pytest.mark.integration,
@@ -233,8 +234,8 @@ def test_an_agents_view_holds_its_own_map_and_whom_it_hears(browser, recorded, p
     time.sleep(0.5)
     watch = MissionWatch()
     for message in Recording(folder).messages():
-        if message.t_us <= MOMENT_S * 1e6 and (sample := sample_of(message)):
-            watch.apply(sample, message.t_us)
+        if message.t_us <= MOMENT_S * 1e6 and (key := key_of(message)):
+            watch.apply(Sample(key, message.data), message.t_us)
     own = watch.agents[1].map
     words = np.array(browser.evaluate("window.__drawn.words(1)"))
     np.testing.assert_allclose((words & 255) / 255, own.probability.ravel(), atol=0.003)

@@ -6,37 +6,15 @@ import pickle
 import zlib
 from pathlib import Path
 
-import msgspec
-
-from uavbridge.bus import keys
 from uavbridge.bus.api import Sample
 from uavbridge.clock import SECOND_US, to_us, wall_s
 from uavbridge.errors import ConfigError
 from uavbridge.monitor.watch import MissionWatch
-from uavbridge.recording.reader import Message, Recording
-from uavbridge.recording.topics import EventRecord
+from uavbridge.recording.reader import Recording
+from uavbridge.replay.play import key_of
 
 BUDGET_S = 0.05  # wall time of one step
 KEPT_US = 20 * SECOND_US  # between two pictures kept for going back
-TILE = (0, 0)  # an onlooker hears all tiles; which one it was is not recorded
-
-
-def sample_of(message: Message) -> Sample | None:
-    """A recorded message as it was on the bus; None for what never was, or is not shown."""
-    space, _, name = message.topic.partition("/")
-    key = {
-        "mission": keys.MISSION,
-        "truth": keys.TRUTH,
-        "air": keys.air(TILE, name),
-        "state": keys.state(name),
-    }.get(space)
-    if space == "event":
-        try:
-            agent = msgspec.json.decode(message.data, type=EventRecord).agent
-        except msgspec.DecodeError:
-            return None
-        key = keys.event(agent) if isinstance(agent, int) else None
-    return None if key is None else Sample(key, message.data)
 
 
 class Player:
@@ -57,9 +35,9 @@ class Player:
     def __init__(self, path: Path) -> None:
         recording = Recording(path)
         shown = [
-            (message.t_us, sample)
+            (message.t_us, Sample(key, message.data))
             for message in recording.messages()
-            if (sample := sample_of(message)) is not None
+            if (key := key_of(message)) is not None
         ]
         if not shown:
             raise ConfigError(f"{recording.path}: holds nothing to show")

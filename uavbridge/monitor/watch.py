@@ -46,6 +46,8 @@ from uavbridge.runner.separation import SeparationWatch
 __all__ = ["Declared", "Happening", "MissionWatch", "Point", "Watched"]
 
 LEAP_US = 86_400 * SECOND_US  # no mission lasts longer, so no honest clock is so far ahead
+REWIND_US = 30 * SECOND_US  # nothing is so late, unless the mission was started anew
+REWOUND = 20
 EVENTS_KEPT = 10_000
 SAME_ORDER_S = 5.0  # the judge repeats its orders every second; that is one event
 _ENDED = {phase.value for phase in ENDED}
@@ -88,6 +90,7 @@ class MissionWatch:
         self._true_cells: frozenset[tuple[int, int]] = frozenset()
         self._orders: dict[str, tuple[str, int]] = {}
         self._mailboxes = [] if bus is None else [bus.subscribe("**"), bus.watch(keys.alive("*"))]
+        self._stale = 0  # messages from long ago, one after the other
         self._since_us: int | None = None
         self._joining = bus is not None
         self._recalled: set[tuple[int, str, str]] = set()
@@ -129,6 +132,16 @@ class MissionWatch:
             self._token(sample)
         elif space == "cmd":
             self._order(rest, sample.data)
+
+    def close(self) -> None:
+        """Listen no more; what is known stays."""
+        for mailbox in self._mailboxes:
+            mailbox.close()
+
+    @property
+    def restarted(self) -> bool:
+        """Mission time began anew: this is another flight, for another watch."""
+        return self._stale > REWOUND
 
     @property
     def grid(self) -> Grid | None:
@@ -176,6 +189,7 @@ class MissionWatch:
         if self.t_us >= 0 and t_us > self.t_us + LEAP_US:
             self.rejects["future"] += 1
             return False
+        self._stale = self._stale + 1 if t_us < self.t_us - REWIND_US else 0
         before_s, self.t_us = self.t_us // SECOND_US, max(self.t_us, t_us)
         if self.t_us // SECOND_US > before_s:
             self._second()

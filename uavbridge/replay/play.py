@@ -48,7 +48,7 @@ def play(
     for message in recording.messages():
         if stop():
             break
-        key = _key(message)
+        key = key_of(message)
         if key is None:
             continue
         clock.wait_until(message.t_us)
@@ -63,8 +63,8 @@ def play(
     return published
 
 
-def _key(message: Message) -> str | None:
-    """The key that a message was published on; None for what never was."""
+def key_of(message: Message) -> str | None:
+    """The key that a recorded message was published on; None for what never was."""
     space, _, name = message.topic.partition("/")
     if space == "air":
         return keys.air(TILE, name)
@@ -75,6 +75,9 @@ def _key(message: Message) -> str | None:
     if space == "truth":
         return keys.TRUTH
     if space == "event":
-        agent = msgspec.json.decode(message.data, type=EventRecord).agent
+        try:
+            agent = msgspec.json.decode(message.data, type=EventRecord).agent
+        except msgspec.DecodeError:
+            return None
         return keys.event(agent) if isinstance(agent, int) else None
     return None

@@ -225,6 +225,23 @@ def test_links_are_as_the_radio_range_allows():
     assert update["hears"] == [2]
 
 
+def test_a_mission_that_is_started_anew_is_another_one():
+    bus = LocalHub().bus()
+    source = Live(bus, "demo")
+    bus.publish(keys.state(1), encode(report(1, 500_000_000, phase="landed")))
+    source.step()
+    feed = Feed(source)
+    assert told(feed)[0][0]["kind"] == "mission"
+    for second in range(30):
+        bus.publish(keys.state(1), encode(report(1, second * 1_000_000)))
+    source.step()
+    bus.publish(keys.state(1), encode(report(1, 30_000_000)))
+    source.step()
+    texts, _ = told(feed)
+    assert texts[0]["kind"] == "mission"
+    assert texts[1]["t_s"] == 30.0
+
+
 def test_malformed_samples_change_nothing():
     bus = LocalHub().bus()
     source = Live(bus, "demo")

@@ -90,6 +90,9 @@ class Live:
 
     def step(self) -> None:
         self.watch.poll()
+        if self.watch.restarted:
+            self.watch.close()
+            self.watch = MissionWatch(self._bus)
         if self.watch.t_us != self._news[0]:
             self._news = (self.watch.t_us, wall_s())
 
