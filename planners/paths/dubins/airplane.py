@@ -117,10 +117,14 @@ def airplane_lengths(start: F64, end: F64, r_min: float, gamma_max: float) -> F6
 def _stretched(ends: Ends, car: CarPath, wanted: float, turns: int, *, rising: bool) -> Stretched:
     """A path ``wanted`` m long seen from above, or the shortest longer one."""
     forms = list(_forms(ends, car, wanted, turns, rising=rising))
+    second: Stretched | None = None
     for form in forms:
-        path = exact(ends, form, wanted)
-        if path is not None:
+        path, shortest = exact(ends, form, wanted)
+        if path is not None and shortest:  # an arc, then a car's shortest path: the paper's form
             return path
+        second = second or path
+    if second is not None:
+        return second
     more = Form("radius", 0, turns + 1, ends.r_min, last=not rising)
     found = [path for form in (*forms, more) for path in longer(ends, form, wanted)]
     if not found:

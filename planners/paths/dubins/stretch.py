@@ -60,17 +60,17 @@ class Stretched:
     pieces: tuple[Piece, ...]
 
 
-def exact(ends: Ends, form: Form, wanted: float) -> Stretched | None:
+def exact(ends: Ends, form: Form, wanted: float) -> tuple[Stretched | None, bool]:
     """The path of a form that is ``wanted`` m long, with the least u; None where there is none.
 
-    The shortest word at its u is preferred to the others.
+    The shortest word at its u is preferred to the others; and whether it is that.
     """
     grid = np.linspace(_least(ends, form), form.largest, _GRID)
     excess = _totals(ends, form, grid) - wanted
     rising = (excess[:-1] <= 0.0) != (excess[1:] <= 0.0)
     at, word = np.nonzero(rising & (np.isfinite(excess[:-1]) | np.isfinite(excess[1:])))
     if not len(at):
-        return None
+        return None, False
     low = excess[at, word] <= 0.0
     below = np.where(low, grid[at], grid[at + 1])
     above = np.where(low, grid[at + 1], grid[at])
@@ -81,12 +81,12 @@ def exact(ends: Ends, form: Form, wanted: float) -> Stretched | None:
         below, above = np.where(under, middle, below), np.where(under, above, middle)
     found = _totals(ends, form, below)
     good = np.abs(found[rows, word] - wanted) <= _EXACT * wanted
-    longer = found[rows, word] > found.min(axis=-1) + _EXACT * wanted
-    for row in np.lexsort((below, longer)):
+    other = found[rows, word] > found.min(axis=-1) + _EXACT * wanted
+    for row in np.lexsort((below, other)):
         path = _path(ends, form, float(below[row]), int(word[row])) if good[row] else None
         if path is not None:
-            return path
-    return None
+            return path, not other[row]
+    return None, False
 
 
 def longer(ends: Ends, form: Form, wanted: float) -> Iterator[Stretched]:

@@ -92,7 +92,7 @@ def _surface(axes: Any, terrain: Terrain) -> None:
     axes.plot_surface(
         *np.meshgrid(x, y, indexing="ij"), terrain.heights[::4, ::4], cmap="Greys", alpha=0.6
     )
-    axes.set_box_aspect((3.0, 1.0, 0.4))
+    axes.set_box_aspect((3.0, 1.0, 0.4), zoom=1.8)
     axes.tick_params(labelsize=6)
 
 
