@@ -24,6 +24,7 @@ from uavbridge.safety.envelope import Braking, Envelope
 LAYER_CLEARANCE = 1.2  # between return heights, in separation distances
 HICCUP_S = 0.5  # wall time for which a busy machine may hold up a process
 WIRE_S = 0.03  # wall time from a position to the setpoint that answers it, on a busy machine
+MOST_OFFBOARD_LOSS_S = 60.0  # the most that it may be
 OFFBOARD_LOSS_S = 1.0  # COM_OF_LOSS_T as PX4 has it
 
 
@@ -126,7 +127,7 @@ def fleet_of(mission: Mission, agents: tuple[int, ...]) -> Fleet:
         wind=WindSpec((w.east_m_s, w.north_m_s, w.up_m_s), w.gust_m_s),
         step_s=mission.simulator.step_s,
         parameters={
-            "COM_OF_LOSS_T": patience(mission, OFFBOARD_LOSS_S),
+            "COM_OF_LOSS_T": min(patience(mission, OFFBOARD_LOSS_S), MOST_OFFBOARD_LOSS_S),
             **mission.simulator.parameters,
         },
     )
