@@ -71,9 +71,9 @@ class Experiment:
             (k, len(axis.values)); NaN where a run did not reach what the metric tells.
         file: the module's ``__file__``; the printed numbers are in the TOML beside it.
         runs: a case, when the command line is silent.
-        block: runs simulated by one call, in the ideal fidelity.
-        flown_block: the same in the other fidelities.
+        block: runs simulated by one call, in the fidelities that are ``batched``; else one.
         fidelities: those that ``simulate`` knows.
+        batched: those of them that are worth simulating in blocks.
         paired: case keys that do not enter the seeds: cases that differ only in them get equal
             seeds, run by run. Readings always do.
         axis: of the metrics that are curves.
@@ -93,8 +93,8 @@ class Experiment:
     file: str
     runs: int = 100
     block: int = 100
-    flown_block: int = 1
     fidelities: tuple[str, ...] = ("ideal",)
+    batched: tuple[str, ...] = ("ideal",)
     paired: tuple[str, ...] = ()
     axis: Axis | None = None
     medians: tuple[str, ...] = ()

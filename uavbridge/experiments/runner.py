@@ -121,7 +121,7 @@ def _blocks(
     experiment: Experiment, cases: Sequence[Case], params: Any, runs: int, seed: int, fidelity: str
 ) -> tuple[list[Block], list[int]]:
     """Blocks of all cases, and the case's number of each."""
-    size = experiment.block if fidelity == "ideal" else experiment.flown_block
+    size = experiment.block if fidelity in experiment.batched else 1
     blocks, owner = [], []
     for number, case in enumerate(cases):
         seeds = seeds_of(experiment, case, seed, runs)

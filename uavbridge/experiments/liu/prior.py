@@ -86,6 +86,7 @@ EXPERIMENT = Experiment(
     simulate=simulate,
     file=__file__,
     fidelities=("ideal", "dynamics"),
+    batched=("ideal", "dynamics"),
     paired=("prior",),
     medians=("coverage_cycle", "target_1_cycle", "target_2_cycle", "target_3_cycle"),
     plot=plot,

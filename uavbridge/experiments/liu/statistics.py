@@ -43,6 +43,7 @@ EXPERIMENT = Experiment(
     simulate=simulate,
     file=__file__,
     fidelities=FIDELITIES,
+    batched=("ideal", "dynamics"),
     medians=(
         "visited_cells",
         "uncertainty",

@@ -120,6 +120,7 @@ EXPERIMENT = Experiment(
     simulate=simulate,
     file=__file__,
     fidelities=FIDELITIES,
+    batched=("ideal", "dynamics"),
     remarks=remarks,
     plot=plot,
 )

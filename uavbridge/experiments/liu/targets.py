@@ -42,6 +42,7 @@ EXPERIMENT = Experiment(
     simulate=simulate,
     file=__file__,
     fidelities=FIDELITIES,
+    batched=("ideal", "dynamics"),
     axis=measures.CURVE,
     plot=plot,
 )
