@@ -38,7 +38,6 @@ from uavbridge.vehicle.api import (
 
 AT_HEIGHT_M = 1.5
 OVER_HOME_M = 1.5
-RETRY_S = 2.0
 SLOWEST_CLIMB_M_S = 0.5  # of a vehicle that takes off
 STRANGE_MODE_S = 1.5  # a mode we did not ask for, for so long: somebody has the vehicle
 STALL_S = 0.5  # a step so late may have cost us the vehicle: then it is ours to take back
@@ -66,7 +65,7 @@ class Flight:
         self.failure = ""
         self.limited_by: tuple[str, ...] = ()
         self._since_us = 0  # begin of the phase
-        self._asked_us = NEVER_US  # newest command, repeated after RETRY_S
+        self._asked_us = NEVER_US  # newest command, repeated after plan.retry_s
         self._strange_us: int | None = None
         self._stalled_us = NEVER_US
         self._post: Vector = plan.start  # where to stand still on order
@@ -354,8 +353,8 @@ class Flight:
         self._strange_us = None
 
     def _ask(self, command: Command, t_us: int) -> None:
-        """Give a command, again every RETRY_S until the phase changes."""
-        if to_s(t_us - self._asked_us) >= RETRY_S:
+        """Give a command, again every ``retry_s`` until the phase changes."""
+        if to_s(t_us - self._asked_us) >= self.plan.retry_s:
             self._asked_us = t_us
             self._effects.append(Do(command))
 

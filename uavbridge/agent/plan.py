@@ -29,6 +29,7 @@ class AgentPlan:
     keyframe_s: float = 10.0
     endpoint: str = "simulated"  # where its vehicle is, for messages
     ready_timeout_s: float = 60.0  # to be heard, and then to be ready and armed
+    retry_s: float = 2.0  # between two tries of what must be done
     silence_s: float = 5.0  # after which a vehicle counts as lost
 
     @property

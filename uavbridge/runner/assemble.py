@@ -106,6 +106,8 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             duration_s=mission.duration,
             keyframe_s=mission.radio.keyframe_s,
             endpoint=mission.endpoint(agent) or "simulated",
+            ready_timeout_s=patience(mission, 60.0),
+            retry_s=patience(mission, 2.0),
             silence_s=patience(mission, 5.0),
         )
         for agent, start, height in zip(scenario.team, scenario.starts, heights, strict=True)
