@@ -7,6 +7,8 @@ import socket
 import subprocess
 import sys
 import time
+import urllib.error
+import urllib.request
 from dataclasses import dataclass
 
 import numpy as np
@@ -264,3 +266,25 @@ def test_a_planner_of_ones_own_from_python(tmp_path):
     assert len(result.series.t_s) == len(result.series.coverage) > 60
     assert np.isfinite(result.min_separation_m)
     assert result.out == ""
+
+
+def test_a_page_is_served_while_it_flies(tmp_path):
+    arguments = ["--speed", "10", "--duration", "20", "--headless", "--clock", "paced", "--web"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "uavbridge", "launch", str(write(tmp_path)), *arguments,
+         "--out", str(tmp_path / "o")],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    ) as process:  # fmt: skip
+        lines = iter(process.stdout.readline, "")
+        address = next(line.split()[1] for line in lines if line.startswith("page http"))
+        with urllib.request.urlopen(address, timeout=10) as page:
+            assert b"<!doctype html>" in page.read()
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    with pytest.raises(urllib.error.URLError):
+        urllib.request.urlopen(address, timeout=2)
+
+
+def test_a_stepped_mission_has_no_page(tmp_path):
+    done = launch(write(tmp_path), "--clock", "stepped", "--web", "--out", tmp_path / "o")
+    one_line(done, 2, "--web", "stepped")

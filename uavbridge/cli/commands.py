@@ -69,8 +69,9 @@ def main(verbose: int) -> None:
 @click.option("--out", metavar="DIR", help="Output folder.")
 @click.option("--headless", is_flag=True, default=None, help="No live view.")
 @click.option("--json", is_flag=True, default=None, help="Print the summary as JSON.")
+@click.option("--web", is_flag=True, help="Serve a page to watch it on.")
 @click.pass_context
-def launch(ctx: click.Context, /, mission: str | None, **options: Any) -> None:
+def launch(ctx: click.Context, /, mission: str | None, web: bool, **options: Any) -> None:
     """Fly MISSION (a TOML file; without it the built-in example) with a simulated fleet.
 
     Options replace the keys of the same name in the file. Exit status: 0 when the mission
@@ -82,7 +83,7 @@ def launch(ctx: click.Context, /, mission: str | None, **options: Any) -> None:
     from uavbridge.runner.launch import launch as fly  # late: it takes a second to import
 
     try:
-        outcome = fly(loaded)
+        outcome = fly(loaded, web=web)
     except (BusError, LinkError) as error:
         raise error.at(mission or "built-in example") from None
     if loaded.json:

@@ -13,9 +13,10 @@ from rich.console import Console
 from planners.planner import PlannerKind
 from uavbridge.clock import SECOND_US, STEPPED_DATE, to_us, wall_date, wall_s
 from uavbridge.config import Mission, to_toml
-from uavbridge.errors import UavbridgeError
+from uavbridge.errors import ConfigError, UavbridgeError
 from uavbridge.monitor.progress import ProgressView
 from uavbridge.monitor.steady import SteadyConsole
+from uavbridge.monitor.web.pages import Place, beside, check_extra
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import MissionRecord, ScoreRecord, known
 from uavbridge.report.page import write_report
@@ -27,7 +28,7 @@ from uavbridge.runner.host import AgentHost
 from uavbridge.runner.interrupts import interrupts
 from uavbridge.runner.judge import Judge
 from uavbridge.runner.outcome import Outcome, result_of, versions
-from uavbridge.runner.paced import fly_paced
+from uavbridge.runner.paced import Aside, fly_paced
 from uavbridge.runner.snapshot import facts_of, snapshot_of
 from uavbridge.runner.stepped import fly_stepped
 
@@ -36,18 +37,20 @@ HOMEWARDS = "all vehicles return; once more (Ctrl-C) stops at once"
 _log = logging.getLogger(__name__)
 
 
-def launch(mission: Mission, *, kind: PlannerKind | None = None) -> Outcome:
+def launch(mission: Mission, *, kind: PlannerKind | None = None, web: bool = False) -> Outcome:
     """Fly, record, report.
 
     Args:
         mission: checked, with targets.
         kind: the planner; None: the installed one that the mission names.
+        web: serve the mission's page while it flies.
 
     Raises:
         UavbridgeError: it cannot be flown; the message says why.
     """
     console = SteadyConsole(stderr=mission.json)
-    result = fly_and_report(mission, None, kind=kind, console=console)
+    aside = _page(mission, console) if web else None
+    result = fly_and_report(mission, None, kind=kind, console=console, aside=aside)
     good = result.reached_goal and not result.failures
     return Outcome(
         summary=msgspec.json.decode(summary_json(result)),
@@ -62,10 +65,11 @@ def fly_and_report(
     *,
     kind: PlannerKind | None = None,
     console: Console | None = None,
+    aside: Aside | None = None,
 ) -> MissionResult:
     """Fly a mission and leave recording, report and summary in a folder; see ``prepare``."""
     folder = prepare(mission, folder)
-    result = fly(mission, folder=folder, kind=kind, console=console)
+    result = fly(mission, folder=folder, kind=kind, console=console, aside=aside)
     try:
         write_report(result, folder)
     except OSError as fault:
@@ -79,6 +83,7 @@ def fly(
     folder: Path | None,
     kind: PlannerKind | None = None,
     console: Console | None = None,
+    aside: Aside | None = None,
 ) -> MissionResult:
     """Fly a mission; write its recording to ``folder``, unless that is None."""
     planner = assemble.planner_of(mission, kind)
@@ -107,7 +112,13 @@ def fly(
         else:
             tell = console.print if console else _log.info
             flown = fly_paced(
-                mission, planner, recorder=recorder, progress=progress, stop=stop, tell=tell
+                mission,
+                planner,
+                recorder=recorder,
+                progress=progress,
+                stop=stop,
+                tell=tell,
+                aside=aside,
             )
         result = result_of(
             flown.judge,
@@ -119,6 +130,16 @@ def fly(
         )
         recorder.write("summary", flown_us, summary_json(result))
     return result
+
+
+def _page(mission: Mission, console: Console) -> Aside:
+    """The mission's page, in a process of its own beside the flight."""
+    if mission.clock == "stepped":
+        raise ConfigError("--web: a stepped mission is over at once; watch its recording instead")
+    check_extra()
+    return lambda router: beside(
+        router, mission.name, Place(), lambda address: console.print(f"page {address}")
+    )
 
 
 def _mission_record(mission: Mission) -> MissionRecord:

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from typing import TypeAlias
 
 from planners.planner import Planner
 from uavbridge.bus.zenoh_bus import Router, ZenohBus
@@ -30,6 +31,8 @@ from uavbridge.vehicle.mavlink import MavlinkVehicle
 
 LATE_TICKS = 5  # so many ticks late, the next ones but those on a full second are left out
 
+Aside: TypeAlias = Callable[[str], AbstractContextManager[None]]
+
 _log = logging.getLogger(__name__)
 
 
@@ -41,6 +44,7 @@ def fly_paced(
     progress: Progress,
     stop: Callable[[], bool],
     tell: Callable[[str], None] = _log.info,
+    aside: Aside | None = None,
 ) -> Flown:
     """Fly a whole mission.
 
@@ -51,6 +55,7 @@ def fly_paced(
         progress: called after every control tick.
         stop: asked at every tick; True calls all home.
         tell: is told what people need to know at the start.
+        aside: entered with the router's endpoint, left at the end.
 
     Raises:
         BusError: no router, or its port is in use; the message names the key.
@@ -65,6 +70,8 @@ def fly_paced(
         with _about("bus.router"):
             bus = stack.enter_context(ZenohBus(endpoint, mission.name))
         tell(f"zenoh router {endpoint}, keys uavbridge/{mission.name}/**")
+        if aside is not None:
+            stack.enter_context(aside(endpoint))
         links: dict[int, Link] = {}
         for place, plan in enumerate(plans):
             links[plan.agent] = _link(mission, plan.agent, place)
