@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import logging
 import os
 import re
 import socket
@@ -12,8 +14,11 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from rich.console import Console
+from rich.live import Live
 
 from uavbridge.cli import main
+from uavbridge.cli.group import set_up_logging
 
 ROOT = Path(__file__).parents[2]
 PLUGIN = os.pathsep.join(
@@ -53,6 +58,18 @@ def add(mission: Path, text: str) -> str:
 def test_version_and_help() -> None:
     assert run("--version").output.startswith("uavbridge, version ")
     assert "launch" in run("--help").output
+
+
+def test_warnings_go_above_a_live_view() -> None:
+    shown = io.StringIO()
+    console = Console(file=shown, force_terminal=True, width=80, height=24)
+    set_up_logging(0)
+    try:
+        with Live("a picture", console=console, auto_refresh=False):
+            logging.getLogger("uavbridge.runner").warning("all vehicles return")
+    finally:
+        logging.getLogger("uavbridge").handlers = []
+    assert "warning: all vehicles return" in shown.getvalue()
 
 
 def test_check_tells_what_it_understood() -> None:

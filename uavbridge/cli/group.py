@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import logging
+import sys
+from contextlib import suppress
 from typing import Any
 
 import click
@@ -33,7 +35,12 @@ class Group(click.Group):
 
 class _OnStandardError(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
-        click.echo(f"{record.levelname.lower()}: {record.getMessage()}", err=True)
+        # Whatever standard error is now: a live view puts lines above itself, but only those
+        # that come this way; click would write past it.
+        if sys.stderr is None:
+            return
+        with suppress(OSError):  # nobody there to be told: no reason to stop
+            sys.stderr.write(f"{record.levelname.lower()}: {record.getMessage()}\n")
 
 
 def set_up_logging(verbosity: int) -> None:

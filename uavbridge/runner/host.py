@@ -205,8 +205,7 @@ class AgentHost:
             self._event(t_us, agent, "failure" if effect.failure else "said", effect.text)
 
     def _event(self, t_us: int, agent: int, kind: str, text: str) -> None:
-        level = logging.WARNING if kind == "failure" else logging.INFO
-        _log.log(level, "agent %d: %s", agent, text)
+        _log.info("agent %d: %s", agent, text)  # the view and the summary tell failures
         self.events.append(Event(to_s(t_us), text, agent))
         record = encode_record(EventRecord(kind, text, agent))
         self._bus.publish(keys.event(agent), record)
