@@ -155,7 +155,8 @@ def test_files(tmp_path):
     assert len(table) == len(found)
     assert [row["metric"] for row in table] == [row["metric"] for row in found]
     page = (tmp_path / "new" / "liu-table2.md").read_text()
-    assert "uavbridge experiment liu-table2 --runs 3 --seed 1 --set methods=mower,random" in page
+    changed = "--set methods=mower,random --set cycles=12"
+    assert f"uavbridge experiment liu-table2 {changed} --runs 3 --seed 1" in page
     assert "(liu-table2.png)" in page
 
 
