@@ -61,7 +61,7 @@ class TlogWriter:
 
     def write(self, t_us: int, data: bytes) -> None:
         """Log one frame, or a datagram of several, sent or received at mission time ``t_us``."""
-        if frame_length(data) == len(data):
+        if data and frame_length(data) == len(data):
             self._frame(t_us, data)
         else:
             self._datagram(t_us, data)

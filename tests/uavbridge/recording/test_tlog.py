@@ -66,10 +66,21 @@ def test_lengths_of_signed_and_old_frames() -> None:
     assert frame_length(b"junk" + old, 4) == len(old)
 
 
-@given(st.lists(st.binary(max_size=40)))
-def test_any_bytes_are_taken(chunks: list[bytes]) -> None:
-    log = TlogWriter(None, 1, 0)
-    for chunk in chunks:
+def heads() -> st.SearchStrategy[bytes]:
+    """Bytes that begin as a frame does, now and then."""
+    return st.builds(bytes.__add__, st.sampled_from([b"", b"\xfd\x00", b"\xfe\x01"]), st.binary())
+
+
+@given(st.lists(heads()))
+def test_any_bytes_are_taken_and_read_back(
+    tmp_path_factory: pytest.TempPathFactory, chunks: list[bytes]
+) -> None:
+    path = tmp_path_factory.mktemp("any") / "log"
+    log = TlogWriter(path, 1, 0)
+    for chunk in [*chunks, b"", *frames(1)]:
         log.write(0, chunk)
-    assert log.noise_bytes <= sum(map(len, chunks))
     log.close()
+    assert log.noise_bytes <= sum(map(len, chunks))
+    assert [frame for _, frame in read_tlog(path, 0)][-1:] == frames(1)
+    assert len(list(read_tlog(path, 0))) == log.frames
+    assert tlog_digest(path, 1, 0) == log.digest()
