@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planners.flocking.starling import goals
-from planners.flocking.starling.behaviours import ESCAPE
 from planners.flocking.starling.near import unit
 from planners.flocking.starling.rules import StarlingRules
 from planners.planner import param
@@ -80,7 +79,7 @@ def flown(case: Case, params: IntruderParams, rng: np.random.Generator) -> fligh
     if case["escape"] == "none":
         starling = replace(starling, escape=0.0)
     if case["escape"] == "printed":
-        # Eq. (7) alone: a pull into the danger that grows with the distance, 8 m/s^2 at 100 m.
+        # Its sign alone; that the printed pull grows with the distance is left out.
         starling = replace(starling, escape=-starling.escape)
     rules = flight.Rules(terrains.terrain("flat"), starling, params.seconds)
     return flight.fly(int(case["n"]), rules, rng, Intruder(str(case["intruder"]), params))
@@ -96,15 +95,12 @@ def _figures(tracks: flight.Tracks, params: IntruderParams) -> dict[str, float]:
     there = np.isfinite(tracks.intruders[:, 0, 0])
     away = np.linalg.norm(tracks.position[there] - tracks.intruders[there], axis=-1)
     told = measures.numbers(tracks, terrains.terrain("flat"))
-    escaping = (tracks.mode == ESCAPE).any(axis=-1)
-    alarmed = tracks.alarm.all(axis=-1)
-    since = tracks.t_s[escaping]
-    first = float(since[0]) if len(since) else np.nan
-    last = float(since[-1]) if len(since) else np.nan
-    all_know = tracks.t_s[alarmed]
+    seen = tracks.t_s[there][(away <= StarlingRules().perception_m).any(axis=-1)]
+    first, last = (float(seen[0]), float(seen[-1])) if len(seen) else (np.nan, np.nan)
+    all_know = tracks.t_s[tracks.alarm.all(axis=-1)]
     groups = goals.groups(tracks.position, measures.LINK_M)
     ordered = (goals.polarisation(tracks.velocity) > 0.98) & (groups == 1)
-    after = tracks.t_s[ordered & (tracks.t_s > last)] if len(since) else np.zeros(0)
+    after = tracks.t_s[ordered & (tracks.t_s > last)]
     return {
         "min_intruder_m": float(away.min()) if there.any() else np.nan,
         "min_separation_m": told["min_separation_m"],
@@ -114,6 +110,7 @@ def _figures(tracks: flight.Tracks, params: IntruderParams) -> dict[str, float]:
         "speed_most_m_s": float(np.linalg.norm(tracks.velocity[tracks.t_s > 10.0], axis=-1).max()),
         "all_know_s": float(all_know[0]) - first if len(all_know) else np.nan,
         "regrouped_s": float(after[0]) - last if len(after) else np.nan,
+        "polarisation_least": float(goals.polarisation(tracks.velocity[there]).min()),
         "share_escape": told["share_escape"],
         "polarisation_end": told["polarisation_end"],
     }

@@ -76,11 +76,13 @@ def ways(figure: Figure, found: Sequence[tuple[str, RrtPath | None]]) -> None:
 
 def intruders(figure: Figure, flights: Sequence[tuple[Case, Tracks]]) -> None:
     """Tracks from above."""
-    figure.set_size_inches(10.0, 1.6 * len(flights))
+    figure.set_size_inches(10.0, 0.9 * len(flights))
     for place, (case, tracks) in enumerate(flights):
         axes = figure.add_subplot((len(flights) + 1) // 2, 2, place + 1)
         _tracks(axes, tracks)
         axes.set_aspect("equal")
+        axes.set_xlim(0.0, 4500.0)
+        axes.set_ylim(-300.0, 800.0)
         axes.set_title(f"{case['intruder']}, {case['n']} aircraft", loc="left", color=INK)
         plain(axes)
 
