@@ -63,16 +63,19 @@ class Pace:
     Args:
         wall_s: monotonic wall time now, seconds.
         speed: simulated seconds per wall second; inf: as fast as the machine can go.
-        epoch_ns: monotonic time of simulated time 0; None: now, and where the machine
-            can not keep up the epoch moves along.
+        epoch_ns: monotonic time (ns) of simulated time 0; None: now.
+        slips: where the machine can not keep up the epoch moves along; None: where it is
+            not given.
     """
 
-    def __init__(self, wall_s: float, speed: float, epoch_ns: int | None) -> None:
+    def __init__(
+        self, wall_s: float, speed: float, epoch_ns: int | None, *, slips: bool | None = None
+    ) -> None:
         if not speed > 0:
             raise ValueError(f"speed must be positive, not {speed}")
         self.speed = speed
         self._epoch_s = wall_s if epoch_ns is None else epoch_ns / 1e9
-        self._slips = epoch_ns is None
+        self._slips = epoch_ns is None if slips is None else slips
 
     def left_s(self, t_us: int, wall_s: float) -> float:
         """Wall seconds until simulated time ``t_us`` is due; below 0: overdue."""
@@ -81,7 +84,7 @@ class Pace:
         return self._epoch_s + t_us / _SECOND_US / self.speed - wall_s
 
     def slip(self, by_s: float) -> None:
-        """Give up ``by_s`` wall seconds for lost, unless the epoch is shared with others."""
+        """Give up ``by_s`` wall seconds for lost, unless the epoch stands."""
         if self._slips:
             self._epoch_s += by_s
 
@@ -92,6 +95,8 @@ async def serve(
     *,
     speed: float = 1.0,
     epoch_ns: int | None = None,
+    slips: bool | None = None,
+    allowed_us: Callable[[], int] | None = None,
     duration_s: float = inf,
     period_s: float = 0.02,
     on_step: Callable[[FleetT, int], None] | None = None,
@@ -108,6 +113,9 @@ async def serve(
         speed: simulated seconds per wall second; inf: as fast as the machine can go.
         epoch_ns: monotonic time (ns) of simulated time 0, shared with other processes;
             None: now.
+        slips: give up time that is lost rather than hurry after it; None: unless
+            ``epoch_ns`` is given.
+        allowed_us: asks how far simulated time may go by now; it waits for others there.
         duration_s: simulated time to run for.
         period_s: simulated time between two steps.
         on_step: called after each step, when its frames are sent, with the fleet and its time.
@@ -116,7 +124,7 @@ async def serve(
     loop = asyncio.get_running_loop()
     exchange = _Exchange(fleet, transport)
     begin_s, begin_us = loop.time(), fleet.now_us
-    pace = Pace(begin_s - begin_us / _SECOND_US / speed, speed, epoch_ns)
+    pace = Pace(begin_s - begin_us / _SECOND_US / speed, speed, epoch_ns, slips=slips)
     period_us = round(period_s * _SECOND_US)
     end_us = inf if duration_s == inf else begin_us + round(duration_s * _SECOND_US)
     late = False
@@ -127,6 +135,9 @@ async def serve(
             left_s = pace.left_s(until_us, loop.time())
             if left_s > 0:
                 await asyncio.sleep(min(max(left_s, _SHORTEST_SLEEP_S), _LONGEST_SLEEP_S))
+                continue
+            if allowed_us is not None and until_us > allowed_us():
+                await asyncio.sleep(_SHORTEST_SLEEP_S)
                 continue
             fleet.advance(until_us)
             exchange.flush()

@@ -8,10 +8,12 @@ seconds. A run has one time master: *stepped* time jumps where it is told,
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Protocol
 
 SECOND_US = 1_000_000
+_LOOK_S = 0.001  # wall time between two looks at a simulation that is late
 
 # A stepped mission happens at no particular date; this one makes its files equal byte for byte.
 STEPPED_DATE = datetime(2025, 1, 1, tzinfo=UTC)
@@ -73,6 +75,56 @@ class PacedClock:
     def wait_until(self, t_us: int) -> None:
         while (left_us := t_us - self.now_us()) > 0:
             time.sleep(left_us / self.speed / SECOND_US)
+
+
+class LedClock:
+    """Paced time that waits for a simulation which can not keep up.
+
+    Agents must not run ahead of their vehicles: what they know of each other would be older
+    than they believe. Where the simulation stands still the clock goes on without it, so that
+    its silence is noticed.
+
+    Args:
+        paced: time as it should be.
+        reached: asks how far the simulation is.
+        lead_us: how far this clock may be ahead of it.
+        patience_s: wall time after which a simulation that stands still is not waited for.
+    """
+
+    def __init__(
+        self,
+        paced: PacedClock,
+        reached: Callable[[], int],
+        *,
+        lead_us: int,
+        patience_s: float = 2.0,
+    ) -> None:
+        self._paced = paced
+        self._reached = reached
+        self._lead_us = lead_us
+        self._patience_s = patience_s
+        self._seen_us = 0
+        self._since_s = time.monotonic()
+        self._now_us = 0
+
+    def now_us(self) -> int:
+        now_us = self._paced.now_us()
+        if time.monotonic() - self._since_s < self._patience_s:
+            now_us = min(now_us, self._seen_us + self._lead_us)
+        self._now_us = max(self._now_us, now_us)
+        return self._now_us
+
+    def wait_until(self, t_us: int) -> None:
+        self._paced.wait_until(t_us)
+        self._look()
+        while self.now_us() < t_us:
+            time.sleep(_LOOK_S)
+            self._look()
+
+    def _look(self) -> None:
+        seen_us = self._reached()
+        if seen_us != self._seen_us:
+            self._seen_us, self._since_s = seen_us, time.monotonic()
 
 
 def wall_s() -> float:

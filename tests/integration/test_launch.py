@@ -18,6 +18,7 @@ from pymavlink import mavutil
 
 import uavbridge
 from planners.planner import PlannerKind
+from planners.registry import BUILTIN
 from planners.types import Goal, GoTo
 from tests.integration.missions import ROOT, SMALL, document, launch, write
 from uavbridge.recording.reader import Recording
@@ -86,6 +87,17 @@ def test_paced_mission_over_udp_and_zenoh(tmp_path):
     assert recording.digest() == summary["digest"]
     topics = {message.topic.partition("/")[0] for message in recording.messages()}
     assert {"mission", "air", "heard", "obs", "setpoint", "state", "event", "score"} <= topics
+
+
+def test_agents_and_vehicles_wait_for_each_other_where_the_machine_is_too_slow(tmp_path):
+    done = launch(write(tmp_path), "--clock", "paced", "--speed", 1000, "--json",
+                  "--out", tmp_path / "out")  # fmt: skip
+    summary = document(done)
+    assert summary["failures"] == []
+    assert {agent["state"] for agent in summary["agents"]} == {"landed"}
+    assert summary["min_separation_m"] > 5
+    assert summary["wall_s"] > summary["duration_s"] / 1000 * 2
+    assert "left out" not in done.stderr
 
 
 def test_time_limit_without_the_goal_is_exit_status_1(tmp_path):
@@ -236,7 +248,7 @@ def test_a_third_party_planner_flies(tmp_path):
         capture_output=True, text=True, check=True, env={**os.environ, "PYTHONPATH": path},
     )  # fmt: skip
     names = {each["name"] for each in json.loads(listed.stdout)}
-    (mine,) = names - {"esustpm", "random", "mower", "boids", "boids-guided", "sweep"}
+    (mine,) = names - set(BUILTIN)
     done = launch(
         write(tmp_path), "--planner", mine, "--clock", "stepped", "--duration", 60,
         "--out", tmp_path / "o", "--json", env={"PYTHONPATH": path},

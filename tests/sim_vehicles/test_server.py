@@ -138,6 +138,25 @@ def test_a_shared_epoch_never_moves():
     assert pace.left_s(0, 100.0) == -10.0
 
 
+def test_a_shared_epoch_moves_where_that_is_wanted():
+    pace = Pace(100.0, 2.0, 90 * 10**9, slips=True)
+    pace.slip(10.0)
+    assert pace.left_s(0, 100.0) == 0.0
+
+
+def test_it_goes_no_further_than_allowed():
+    fleet = Echo()
+    seen = []
+
+    def allowed() -> int:
+        seen.append(fleet.now_us)
+        return 20_000 * len(seen)
+
+    run(fleet, Wire(), speed=inf, duration_s=0.2, allowed_us=allowed)
+    assert len(fleet.steps) == 10
+    assert all(t_us < 20_000 * (n + 1) for n, t_us in enumerate(seen))
+
+
 def test_time_does_not_go_back():
     with pytest.raises(ValueError, match="speed"):
         Pace(0.0, 0.0, None)

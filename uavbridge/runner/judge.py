@@ -115,6 +115,7 @@ class Judge:
         self._truth = bus.subscribe(keys.TRUTH)
         self._orders = bus.subscribe(keys.cmd())
         self._simulated = False
+        self._silence_s = assemble.patience(mission, SILENCE_S)
         self._record = encode_record(MissionRecord(to_toml(mission), mission.seed, mission.clock))
         bus.serve(keys.MISSION, lambda _key: self._record)
         self._chronicle = Chronicle(bus)
@@ -273,8 +274,8 @@ class Judge:
     def _gone(self, agent: int, t_us: int) -> bool:
         report = self.reports.get(agent)
         if report is None:
-            return to_s(t_us) > SILENCE_S
-        return report.phase in _ENDED or to_s(t_us - report.t_us) > SILENCE_S
+            return to_s(t_us) > self._silence_s
+        return report.phase in _ENDED or to_s(t_us - report.t_us) > self._silence_s
 
     def _separation_by_reports(self, t_us: int) -> None:
         flying = [r.position for r in self.reports.values() if r.in_air]

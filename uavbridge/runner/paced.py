@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 from planners.planner import Planner
 from uavbridge.bus.zenoh_bus import Router, ZenohBus
-from uavbridge.clock import SECOND_US, PacedClock, to_s
+from uavbridge.clock import SECOND_US, Clock, LedClock, to_s
 from uavbridge.config import Mission
 from uavbridge.errors import UavbridgeError
 from uavbridge.mavlink.link import Link
@@ -26,9 +26,11 @@ from uavbridge.runner import assemble
 from uavbridge.runner.control import CONTROL_US, LOOPBACK, Flown, Progress, build_host, logged
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.judge import Judge
-from uavbridge.runner.simulation import Simulation
+from uavbridge.runner.simulation import Reached, Simulation
 from uavbridge.vehicle.mavlink import MavlinkVehicle
 
+LEAD_US = 2 * CONTROL_US  # so far agents may be ahead of the simulation
+AHEAD_US = 3 * CONTROL_US  # and so far the simulation ahead of them
 LATE_TICKS = 5  # so many ticks late, the next ones but those on a full second are left out
 
 Aside: TypeAlias = Callable[[str], AbstractContextManager[None]]
@@ -82,7 +84,8 @@ def fly_paced(
             Simulation(mission, {agent: ports[agent] for agent in simulated}, endpoint)
         )
         judge = Judge(mission, stack.enter_context(ZenohBus(endpoint, mission.name)), recorder)
-        clock = simulation.start()
+        paced = simulation.start()
+        clock = LedClock(paced, Reached(bus), lead_us=LEAD_US) if simulated else paced
         vehicles = {
             agent: MavlinkVehicle(
                 logged(mission, link, agent, recorder, clock),
@@ -98,7 +101,7 @@ def fly_paced(
 
 
 def _loop(
-    clock: PacedClock,
+    clock: Clock,
     host: AgentHost,
     judge: Judge,
     simulation: Simulation,
@@ -107,6 +110,7 @@ def _loop(
 ) -> None:
     """Control ticks until the judge sees the end."""
     t_us, late = 0, 0
+    simulation.allow(AHEAD_US)
     while not judge.ended(t_us):
         clock.wait_until(t_us)
         host.step(t_us, late_s=to_s(clock.now_us() - t_us))
@@ -115,6 +119,7 @@ def _loop(
         judge.step(t_us)
         progress(t_us, judge, host)
         simulation.check()
+        simulation.allow(t_us + AHEAD_US)
         t_us += CONTROL_US
         while t_us % SECOND_US and clock.now_us() - t_us > LATE_TICKS * CONTROL_US:
             t_us += CONTROL_US

@@ -2,17 +2,20 @@
 
 The child is told on standard input: the mission with its targets, the UDP port of
 each agent's vehicle, and the router. It answers ``ready``, gets the moment of
-mission start, and runs until its standard input closes: whatever happens to its
-parent, it ends.
+mission start, and then how far simulated time may go, so that it stays with the
+agents where the machine is too slow. It runs until its standard input closes:
+whatever happens to its parent, it ends.
 """
 
 from __future__ import annotations
 
 import asyncio
+import logging
 import os
 import subprocess
 import sys
 import threading
+from collections import Counter
 from contextlib import suppress
 from types import TracebackType
 from typing import BinaryIO, Self
@@ -23,6 +26,9 @@ from msgspec import Struct
 from sim_vehicles.fleet import Fleet
 from sim_vehicles.server import serve
 from sim_vehicles.udp import UdpPorts
+from uavbridge.bus import keys
+from uavbridge.bus.api import Bus
+from uavbridge.bus.messages import decode_truth
 from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.clock import PacedClock
 from uavbridge.config import Mission
@@ -83,7 +89,17 @@ class Simulation:
             raise UavbridgeError(f"the simulation could not start{why}")
         epoch_ns = PacedClock(self._speed).epoch_ns + int(START_IN_S * 1e9)
         self._say(b"%d\n" % epoch_ns)
+        assert self._process.stdin is not None
+        os.set_blocking(self._process.stdin.fileno(), False)
         return PacedClock(self._speed, epoch_ns=epoch_ns)
+
+    def allow(self, t_us: int) -> None:
+        """Let simulated time go on to ``t_us``: it must not run ahead of the agents."""
+        if self._process is None:
+            return
+        assert self._process.stdin is not None
+        with suppress(BlockingIOError, BrokenPipeError):  # it stands still; it is dead
+            os.write(self._process.stdin.fileno(), b"%d\n" % t_us)
 
     def check(self) -> None:
         """Raises UavbridgeError when the child has died."""
@@ -127,6 +143,22 @@ class Simulation:
         self.close()
 
 
+class Reached:
+    """How far the simulation is, by the true positions that it publishes."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._mailbox = bus.subscribe(keys.TRUTH)
+        self._rejects: Counter[str] = Counter()
+        self._t_us = 0
+
+    def __call__(self) -> int:
+        for sample in self._mailbox.drain():
+            truth = decode_truth(sample.data, self._rejects)
+            if truth is not None:
+                self._t_us = truth.t_us
+        return self._t_us
+
+
 def _module_path() -> str:
     """Where this process finds its modules: the child finds the same ones, wherever it starts."""
     return os.pathsep.join(path or os.getcwd() for path in sys.path)
@@ -163,17 +195,33 @@ def _serve_parent(told: BinaryIO) -> None:
 async def _serve(fleet: Fleet, world: SimulatedWorld, setup: Setup, epoch_ns: int) -> None:
     loop, stop = asyncio.get_running_loop(), asyncio.Event()
 
-    def wait_for_end() -> None:
-        sys.stdin.buffer.read()
+    allowed_us = 0
+
+    def follow_parent() -> None:
+        nonlocal allowed_us
+        for line in sys.stdin.buffer:
+            allowed_us = int(line)
         loop.call_soon_threadsafe(stop.set)
 
     def look(_fleet: Fleet, t_us: int) -> None:
         if t_us % CONTROL_US == 0:
             world.step(t_us)
 
-    threading.Thread(target=wait_for_end, daemon=True).start()
+    threading.Thread(target=follow_parent, daemon=True).start()
     ports = UdpPorts(LOOPBACK, [setup.ports[agent] for agent in sorted(setup.ports)])
-    await serve(fleet, ports, speed=setup.mission.speed, epoch_ns=epoch_ns, on_step=look, stop=stop)
+    # What is lost is lost: agents and vehicles wait for each other, and the view shows the
+    # speed that comes of it.
+    logging.getLogger("sim_vehicles").setLevel(logging.ERROR)
+    await serve(
+        fleet,
+        ports,
+        speed=setup.mission.speed,
+        epoch_ns=epoch_ns,
+        slips=True,
+        allowed_us=lambda: allowed_us,
+        on_step=look,
+        stop=stop,
+    )
 
 
 if __name__ == "__main__":
