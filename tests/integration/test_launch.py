@@ -19,7 +19,6 @@ from pymavlink import mavutil
 import uavbridge
 from planners.planner import PlannerKind
 from planners.registry import BUILTIN
-from planners.registry import BUILTIN
 from planners.types import Goal, GoTo
 from tests.integration.missions import ROOT, SMALL, document, launch, write
 from uavbridge.recording.reader import Recording
