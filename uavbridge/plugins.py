@@ -59,6 +59,6 @@ def _reason(entry: EntryPoint) -> str:
     """Why an entry point does not load to a planner; empty when it does."""
     try:
         kind = entry.load()
-    except (ImportError, AttributeError, SyntaxError, TypeError, ValueError, NameError) as error:
+    except Exception as error:  # noqa: BLE001 - whatever a package does, the others still work
         return f"{type(error).__name__}: {error}"
     return "" if isinstance(kind, PlannerKind) else "is not a PlannerKind"

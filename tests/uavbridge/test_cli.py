@@ -209,6 +209,14 @@ def test_a_broken_planner_is_left_out(tmp_path: Path) -> None:
     assert "other:TEXT left out: is not a PlannerKind" in done.stderr
 
 
+def test_a_package_that_fails_in_its_own_way_is_left_out(tmp_path: Path) -> None:
+    path = fake_package(tmp_path, "a = other:KIND", "raise RuntimeError('no camera')\n")
+    done = run_process("check", "--planner", "other", path=path)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert "planner other:KIND left out: RuntimeError: no camera" in done.stderr
+
+
 def test_two_planners_of_one_name(tmp_path: Path) -> None:
     source = "from planners.registry import BUILTIN\nKIND = BUILTIN['random']\n"
     done = run_process("planners", path=fake_package(tmp_path, "x = other:KIND", source))
