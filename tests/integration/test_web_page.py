@@ -236,7 +236,7 @@ def test_an_agents_view_holds_its_own_map_and_whom_it_hears(browser, recorded, p
     for message in Recording(folder).messages():
         if message.t_us <= MOMENT_S * 1e6 and (key := key_of(message)):
             watch.apply(Sample(key, message.data), message.t_us)
-    own = watch.agents[1].map
+    own = watch.maps.agents[1]
     words = np.array(browser.evaluate("window.__drawn.words(1)"))
     np.testing.assert_allclose((words & 255) / 255, own.probability.ravel(), atol=0.003)
     np.testing.assert_array_equal(words >> 8 > 0, own.seen.ravel())

@@ -11,8 +11,10 @@ from msgspec import Struct
 from uavbridge.agent.report import AgentReport
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
+from uavbridge.bus.text import read
 from uavbridge.clock import to_s
 from uavbridge.recording.topics import EventRecord
+from uavbridge.recording.topics import decode as decode_record
 
 MOST_EVENTS = 2000
 MOST_PLACES = 1800  # of one agent; then every other one goes
@@ -51,6 +53,9 @@ class Past(Struct, frozen=True):
     events: list[PastEvent]
 
 
+_DECODER = msgspec.json.Decoder(Past)
+
+
 class Chronicle:
     """Keeps the past and answers for it.
 
@@ -82,7 +87,7 @@ class Chronicle:
         for key, data in self._told.drain():
             agent = keys.agent_of(key.removesuffix("/event"))
             try:
-                event = msgspec.json.decode(data, type=EventRecord)
+                event = decode_record(EventRecord, data)
             except msgspec.DecodeError:
                 continue
             if agent is not None:
@@ -96,4 +101,4 @@ class Chronicle:
 
 def decode(data: bytes) -> Past:
     """From JSON. Raises msgspec.DecodeError for anything else."""
-    return msgspec.json.decode(data, type=Past)
+    return read(_DECODER, data)

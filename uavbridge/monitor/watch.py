@@ -6,31 +6,23 @@ Rule 2: whatever comes may be wrong: what does not read is counted and left out.
 
 from __future__ import annotations
 
-import tomllib
 from collections import Counter, deque
-from math import isfinite, nan
 
-import msgspec
 import numpy as np
 
-from planners.belief.merge import SensorModel
-from planners.belief.scores import entropy, uncertainty
 from planners.grid import Grid
 from planners.types import F64, Bools
-from uavbridge.agent.orders import decode_ack
 from uavbridge.agent.phases import ENDED
 from uavbridge.agent.report import AgentReport
-from uavbridge.agent.report import decode as decode_report
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus, Sample
-from uavbridge.bus.messages import FullMap, decode_map, decode_truth
-from uavbridge.bus.wire import POSITION_LIMIT_M, Vector, decode, decode_beacon
+from uavbridge.bus.messages import decode_map, decode_truth
+from uavbridge.bus.wire import Vector, decode, decode_beacon
 from uavbridge.clock import SECOND_US, to_s
 from uavbridge.config import Mission
-from uavbridge.config.convert import convert
-from uavbridge.config.field_error import FieldError
-from uavbridge.monitor.past import decode as decode_past
-from uavbridge.monitor.shown import AgentMap, UnionMap, readable
+from uavbridge.monitor import told
+from uavbridge.monitor.events import EventLog
+from uavbridge.monitor.maps import Maps
 from uavbridge.monitor.watched import (
     RECENT_S,
     Declared,
@@ -40,7 +32,7 @@ from uavbridge.monitor.watched import (
     hearing,
     point_of,
 )
-from uavbridge.recording.topics import EventRecord, MissionRecord
+from uavbridge.recording.topics import MissionRecord
 from uavbridge.runner.separation import SeparationWatch
 
 __all__ = ["Declared", "Happening", "MissionWatch", "Point", "Watched"]
@@ -48,8 +40,6 @@ __all__ = ["Declared", "Happening", "MissionWatch", "Point", "Watched"]
 LEAP_US = 86_400 * SECOND_US  # no mission lasts longer, so no honest clock is so far ahead
 REWIND_US = 30 * SECOND_US  # nothing is so late, unless the mission was started anew
 REWOUND = 20
-EVENTS_KEPT = 10_000
-SAME_ORDER_S = 5.0  # the judge repeats its orders every second; that is one event
 _ENDED = {phase.value for phase in ENDED}
 _BLIND = "connect"  # the phase in which a position is not known yet
 
@@ -67,8 +57,7 @@ class MissionWatch:
         agents: by id.
         declared: by cell, the first who said so.
         series: one point a second since the watch began.
-        events: the newest ones.
-        event_count: all so far; ``events`` ends with number ``event_count - 1``.
+        log: of events.
         rejects: what was left out, by reason.
     """
 
@@ -79,21 +68,16 @@ class MissionWatch:
         self.agents: dict[int, Watched] = {}
         self.declared: dict[tuple[int, int], Declared] = {}
         self.series: list[Point] = []
-        self.events: deque[Happening] = deque(maxlen=EVENTS_KEPT)
-        self.event_count = 0
+        self.log = EventLog()
         self.rejects: Counter[str] = Counter()
-        self.union: UnionMap | None = None
+        self.maps = Maps()
         self.separation = SeparationWatch()
         self.simulated = False  # the world tells the true positions
-        self.separation_m = nan  # as a recording has it, where no true positions are
-        self._grid: Grid | None = None
         self._true_cells: frozenset[tuple[int, int]] = frozenset()
-        self._orders: dict[str, tuple[str, int]] = {}
         self._mailboxes = [] if bus is None else [bus.subscribe("**"), bus.watch(keys.alive("*"))]
         self._stale = 0  # messages from long ago, one after the other
         self._since_us: int | None = None
         self._joining = bus is not None
-        self._recalled: set[tuple[int, str, str]] = set()
         if bus is not None:
             for pattern in (keys.MISSION, keys.state_map("*"), keys.PAST):
                 for sample in bus.query(pattern, timeout_s):
@@ -144,9 +128,19 @@ class MissionWatch:
         return self._stale > REWOUND
 
     @property
+    def events(self) -> deque[Happening]:
+        """The newest events."""
+        return self.log.events
+
+    @property
+    def event_count(self) -> int:
+        """All events so far; ``events`` ends with number ``event_count - 1``."""
+        return self.log.count
+
+    @property
     def grid(self) -> Grid | None:
         """The search area; None until somebody told."""
-        return self._grid
+        return self.maps.grid
 
     @property
     def found(self) -> int | None:
@@ -163,10 +157,7 @@ class MissionWatch:
 
     def merged(self) -> tuple[F64, Bools] | None:
         """Probability and seen, (columns, rows), of the union of maps; None without a grid."""
-        if self.union is None:
-            return None
-        probability, stamp_us = self.union.shown()
-        return probability, stamp_us >= 0
+        return self.maps.merged()
 
     def links(self) -> list[tuple[int, int]]:
         """Pairs (lower id first) of which one hears the other; none when the range is unknown."""
@@ -212,12 +203,8 @@ class MissionWatch:
         agent = self._agent(frame.sender, frame.t_us)
         agent.sent_us, agent.frame = frame.t_us, frame
         self._move(agent, frame.position, frame.velocity)
-        content = readable(frame)
-        if content is None:
+        if not self.maps.take_frame(frame):
             self.rejects["cells"] += 1
-        elif self.union is not None and len(content[1]):
-            self.union.take_records(*content)
-            self._map_of(agent).take_frame(frame, *content)
 
     def _beacon(self, sample: Sample) -> None:
         beacon = decode_beacon(sample.data, self.rejects)
@@ -256,13 +243,10 @@ class MissionWatch:
             self._reported(int(number), sample.data)
 
     def _reported(self, number: int, data: bytes) -> None:
-        try:
-            report = decode_report(data)
-        except msgspec.DecodeError:
-            report = None
-        if report is None or report.agent != number or not _possible(report):
+        report = told.report_of(data, self.rejects)
+        if report is not None and report.agent != number:
             self.rejects["report"] += 1
-        elif self._passed(report.t_us):
+        elif report is not None and self._passed(report.t_us):
             self.take_report(report)
 
     def take_report(self, report: AgentReport) -> None:
@@ -273,17 +257,17 @@ class MissionWatch:
         if report.phase != _BLIND:
             self._move(agent, report.position, report.velocity)
         if not agent.tells and (before is None or before.phase != report.phase):
-            self._happened(report.t_us, agent.id, "phase", report.phase)
+            self.log.add(report.t_us, agent.id, "phase", report.phase)
         failed = report.failure and (before is None or before.failure != report.failure)
         if failed and not agent.tells:
-            self._happened(report.t_us, agent.id, "failure", report.failure)
+            self.log.add(report.t_us, agent.id, "failure", report.failure)
         for column, row, t_us in report.declared:
             self._declare((column, row), t_us, agent.id)
 
     def _declare(self, cell: tuple[int, int], t_us: int, by: int) -> None:
         known = self.declared.get(cell)
         if known is None:
-            self._happened(t_us, by, "declared", f"target in cell {cell[0]}, {cell[1]}")
+            self.log.add(t_us, by, "declared", f"target in cell {cell[0]}, {cell[1]}")
         if known is None or (t_us, by) < (known.t_us, known.by):
             self.declared[cell] = Declared(cell, t_us, by)
 
@@ -291,53 +275,16 @@ class MissionWatch:
         full = decode_map(data, self.rejects)
         if full is None or full.agent != number or not self._passed(full.t_us):
             return
-        if self._grid is None:
-            columns, rows = full.probability.shape
-            grid = Grid(full.west_m, full.south_m, full.cell_m, columns, rows)
-            unseen = full.probability[full.stamp_us < 0]
-            self._lay_out(grid, float(unseen[0]) if len(unseen) else 0.5, SensorModel())
-        if self._fits(full) and self.union is not None:
-            self.union.take_map(full)
-            self._map_of(self._agent(number, full.t_us)).take_map(full)
-        else:
+        self._agent(number, full.t_us)
+        if not self.maps.take_full(full):
             self.rejects["grid"] += 1
 
-    def _fits(self, full: FullMap) -> bool:
-        g = self._grid
-        return g is not None and (*full.probability.shape, full.west_m, full.south_m) == (
-            g.columns,
-            g.rows,
-            g.west_m,
-            g.south_m,
-        )
-
-    def _lay_out(self, grid: Grid, prior: float, sensor: SensorModel) -> None:
-        self._grid, self._prior, self._sensor = grid, prior, sensor
-        self.union = UnionMap(grid, prior, sensor)
-
-    def _map_of(self, agent: Watched) -> AgentMap:
-        assert self._grid is not None
-        if agent.map is None:
-            agent.map = AgentMap(self._grid, self._prior, self._sensor)
-        return agent.map
-
     def _mission(self, data: bytes) -> None:
-        try:
-            record = msgspec.json.decode(data, type=MissionRecord)
-            if self.record is not None and record.text == self.record.text:
-                return
-            # Not ``config.parse``: the planner need not be installed where people watch.
-            mission = convert(tomllib.loads(record.text))
-        except (ValueError, FieldError, RecursionError):
-            self.rejects["mission"] += 1
-            return
-        self.record, self.facts = record, mission
-        self._true_cells = frozenset(mission.target_cells())
-        if self._grid != mission.grid:
-            sensor = SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update)
-            self._lay_out(mission.grid, mission.belief.prior, sensor)
-            for agent in self.agents.values():
-                agent.map = None
+        found = told.mission_of(data, self.rejects, self.record)
+        if found is not None:
+            self.record, self.facts = found
+            self._true_cells = frozenset(self.facts.target_cells())
+            self.maps.take_mission(self.facts)
 
     def _token(self, sample: Sample) -> None:
         number = keys.agent_of(sample.key)
@@ -346,64 +293,41 @@ class MissionWatch:
         agent = self._agent(number, -1)
         alive = bool(sample.data)
         if agent.alive is not None and agent.alive != alive:
-            self._happened(self.t_us, number, "link", "is back" if alive else "left the bus")
+            self.log.add(self.t_us, number, "link", "is back" if alive else "left the bus")
         agent.alive = alive
 
     def _order(self, target: str, data: bytes) -> None:
-        try:
-            document = msgspec.json.decode(data, type=dict[str, object])
-        except msgspec.DecodeError:
-            self.rejects["order"] += 1
-            return
-        verb = str(document.get("order", ""))
-        last, at_us = self._orders.get(target, ("", 0))
-        self._orders[target] = (verb, self.t_us)
-        if verb != last or to_s(self.t_us - at_us) > SAME_ORDER_S:
-            to = "all" if target == keys.EVERYONE else f"agent {target}"
-            self._happened(self.t_us, None, "order", f"{verb} to {to}")
+        verb = told.verb_of(data, self.rejects)
+        if verb is not None:
+            self.log.order(self.t_us, target, verb)
 
     def _told(self, number: int, data: bytes) -> None:
-        try:
-            event = msgspec.json.decode(data, type=EventRecord)
-        except msgspec.DecodeError:
-            self.rejects["event"] += 1
+        event = told.event_of(data, self.rejects)
+        if event is None:
             return
         self._agent(number, self.t_us).tells = True
-        if (number, event.kind, event.text) in self._recalled:
-            self._recalled.discard((number, event.kind, event.text))
-            return
-        self._happened(self.t_us, number, event.kind, event.text)
+        self.log.told(self.t_us, number, event.kind, event.text)
 
     def _answered(self, number: int, data: bytes) -> None:
-        try:
-            ack = decode_ack(data)
-        except msgspec.DecodeError:
-            self.rejects["ack"] += 1
+        ack = told.ack_of(data, self.rejects)
+        if ack is None or ack.agent != number:
             return
-        if ack.agent == number and not self._agent(number, self.t_us).tells:
-            self._happened(self.t_us, number, "order", f"{ack.verb}: {ack.reason or 'done'}")
+        if not self._agent(number, self.t_us).tells:
+            self.log.add(self.t_us, number, "order", f"{ack.verb}: {ack.reason or 'done'}")
 
     def _recall(self, data: bytes) -> None:
         """What was before we came, as the judge has it."""
-        try:
-            past = decode_past(data)
-        except msgspec.DecodeError:
-            self.rejects["past"] += 1
+        past = told.past_of(data, self.rejects)
+        if past is None or self.series or not past.points:
             return
-        if self.series or not past.points or not self._passed(past.points[-1].t_us):
+        if not self._passed(past.points[-1].t_us):
             return
         self.series = [point_of(point) for point in past.points]
         for number, track in past.tracks.items():
             self._agent(number, self.t_us).track[:0] = track
         for event in past.events:
             self._agent(event.agent, event.t_us).tells = True
-            self._happened(event.t_us, event.agent, event.kind, event.text)
-            if to_s(self.t_us - event.t_us) < RECENT_S:  # it may come by the other way too
-                self._recalled.add((event.agent, event.kind, event.text))
-
-    def _happened(self, t_us: int, agent: int | None, kind: str, text: str) -> None:
-        self.events.append(Happening(t_us, agent, kind, text[:500]))
-        self.event_count += 1
+            self.log.recall(self.t_us, event)
 
     def _second(self) -> None:
         """A second of mission time has begun: note where everybody is."""
@@ -429,22 +353,14 @@ class MissionWatch:
 
     def _point(self) -> Point:
         reports = [agent.report for agent in self.agents.values() if agent.report]
-        merged = self.merged()
         return Point(
             self.t_us,
-            nan if merged is None else float(merged[1].mean()),
-            nan if merged is None else float(entropy(merged[0])),
-            nan if merged is None else float(uncertainty(merged[0])),
+            *self.maps.scores(),
             len(self.declared),
             self.found or 0,
-            self.separation_m if isfinite(self.separation_m) else self.separation.take_recent(),
+            self.separation.take_recent(),
             sum(report.bytes_sent for report in reports),
             sum(report.bytes_heard for report in reports),
             sum(report.frames_sent for report in reports),
             sum(report.frames_heard for report in reports),
         )
-
-
-def _possible(report: AgentReport) -> bool:
-    numbers = (*report.position, *report.velocity, report.heading, report.distance_m)
-    return all(isfinite(n) and abs(n) <= POSITION_LIMIT_M for n in numbers) and report.t_us >= 0

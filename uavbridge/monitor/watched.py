@@ -12,7 +12,6 @@ from uavbridge.agent.report import AgentReport
 from uavbridge.bus.wire import Frame, Vector
 from uavbridge.clock import to_us
 from uavbridge.monitor.past import PastPoint
-from uavbridge.monitor.shown import AgentMap
 from uavbridge.radio.radio import Radio
 
 RECENT_S = 3.0  # a sender that was silent for longer is heard by nobody
@@ -67,7 +66,6 @@ class Watched:
     sent_us: int = -1  # its last frame
     alive: bool | None = None  # by its liveliness token; None: never had one
     track: list[tuple[float, float, float, float]] = field(default_factory=list)  # t_s, ENU m
-    map: AgentMap | None = None
     frame: Frame | None = None  # the newest
     tells: bool = False  # what happens to it, in words, on the bus
 

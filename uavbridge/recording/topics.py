@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeAlias
+from functools import cache
+from typing import Annotated, Any, TypeAlias, TypeVar
 
 import msgspec
 import numpy as np
@@ -18,6 +19,9 @@ import numpy.typing as npt
 from msgspec import UNSET, Struct, UnsetType
 
 from uavbridge.agent.report import AgentReport
+from uavbridge.bus.text import read
+
+R = TypeVar("R", bound=Struct)
 
 Triple: TypeAlias = Annotated[list[float], msgspec.Meta(min_length=3, max_length=3)]
 
@@ -155,6 +159,16 @@ _ENCODER = msgspec.json.Encoder()
 def encode(record: Struct) -> bytes:
     """A record as JSON in the fixed order of its fields."""
     return _ENCODER.encode(record)
+
+
+def decode(kind: type[R], data: bytes) -> R:
+    """A record from JSON. Raises msgspec.DecodeError for anything else."""
+    return read(_decoder(kind), data)
+
+
+@cache
+def _decoder(kind: type[R]) -> msgspec.json.Decoder[R]:
+    return msgspec.json.Decoder(kind)
 
 
 def known(value: float) -> float | UnsetType:

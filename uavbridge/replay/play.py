@@ -12,7 +12,7 @@ from uavbridge.bus.api import Bus
 from uavbridge.clock import Clock
 from uavbridge.errors import ConfigError
 from uavbridge.recording.reader import Message, Recording
-from uavbridge.recording.topics import EventRecord
+from uavbridge.recording.topics import EventRecord, decode
 
 TILE = (0, 0)  # a monitor hears all tiles; which one it was is not recorded
 
@@ -76,7 +76,7 @@ def key_of(message: Message) -> str | None:
         return keys.TRUTH
     if space == "event":
         try:
-            agent = msgspec.json.decode(message.data, type=EventRecord).agent
+            agent = decode(EventRecord, message.data).agent
         except msgspec.DecodeError:
             return None
         return keys.event(agent) if isinstance(agent, int) else None

@@ -22,7 +22,7 @@ from uavbridge.clock import to_s
 from uavbridge.config import Mission, parse
 from uavbridge.errors import ConfigError
 from uavbridge.recording.reader import Message, Recording
-from uavbridge.recording.topics import EventRecord, MissionRecord, ScoreRecord
+from uavbridge.recording.topics import EventRecord, MissionRecord, ScoreRecord, decode
 from uavbridge.report.result import AgentResult, Event, MissionResult, Series, TargetResult
 from uavbridge.report.summary import Summary
 
@@ -69,7 +69,7 @@ def _collect(recording: Recording) -> _Collected:
     first = next(messages, None)
     if first is None or first.topic != "mission":
         raise ConfigError(f"{recording.path}: does not begin with its mission")
-    head = msgspec.json.decode(first.data, type=MissionRecord)
+    head = decode(MissionRecord, first.data)
     mission = parse(head.text, str(recording.path))
     rule = MERGE_RULES[mission.belief.merge]
     prior = np.full(mission.grid.shape, mission.belief.prior)
@@ -86,12 +86,12 @@ def _take(collected: _Collected, message: Message) -> None:
     t_us, data = message.t_us, message.data
     collected.last_us = max(collected.last_us, t_us)
     if kind == "score":
-        collected.scores.append((t_us, msgspec.json.decode(data, type=ScoreRecord)))
+        collected.scores.append((t_us, decode(ScoreRecord, data)))
     elif kind == "state":
         states = collected.states.setdefault(int(name), [])
-        states.append(msgspec.json.decode(data, type=AgentReport))
+        states.append(decode(AgentReport, data))
     elif kind == "event":
-        record = msgspec.json.decode(data, type=EventRecord)
+        record = decode(EventRecord, data)
         agent = record.agent if isinstance(record.agent, int) else None
         collected.events.append(Event(to_s(t_us), record.text, agent))
     elif kind == "air":
@@ -99,7 +99,7 @@ def _take(collected: _Collected, message: Message) -> None:
         collected.frame_bytes[int(name)] += len(data)
         _merge(collected, data)
     elif kind == "summary":
-        collected.summary = msgspec.json.decode(data, type=Summary)
+        collected.summary = decode(Summary, data)
 
 
 def _merge(collected: _Collected, data: bytes) -> None:

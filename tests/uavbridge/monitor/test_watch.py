@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from planners.registry import BUILTIN
+from uavbridge.bus import keys
+from uavbridge.bus.api import Sample
 from uavbridge.config import load
 from uavbridge.monitor.watch import MissionWatch
 from uavbridge.recording.recorder import Recorder
@@ -55,7 +57,7 @@ def test_a_watch_knows_what_the_judge_and_the_agents_know(tmp_path, rule):
         assert watch.rejects == {}
         for seat in flown.host.seats:
             agent = watch.agents[seat.agent.plan.agent]
-            shown = agent.map
+            shown = watch.maps.agents[agent.id]
             belief = seat.agent.mapping.belief
             np.testing.assert_array_equal(shown.seen, belief.seen)
             np.testing.assert_allclose(shown.probability, belief.probability, atol=1e-6)
@@ -73,3 +75,14 @@ def test_a_watch_knows_what_the_judge_and_the_agents_know(tmp_path, rule):
     assert [p.coverage for p in early.series[1:-1]] == pytest.approx(
         [s.coverage for s in judge.samples[1:-1]][: len(early.series) - 2], abs=0.05
     )
+
+
+@pytest.mark.parametrize("data", [b"\xff\xfe", b'{"a":"\xff"}', b"[" * 100_000, b"null", b""])
+def test_what_does_not_read_is_counted_and_left_out(data):
+    watch = MissionWatch()
+    spaces = ("state/1", "state/1/event", "state/1/ack", "state/1/map", "cmd/all", "air/0/0/1")
+    for key in (*spaces, "safety/0/0/1", keys.TRUTH, keys.MISSION, keys.PAST):
+        watch.apply(Sample(key, data))
+    assert sum(watch.rejects.values()) == 10
+    assert not watch.agents
+    assert not watch.events

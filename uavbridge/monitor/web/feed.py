@@ -59,11 +59,12 @@ class Feed:
             )
             messages.append(_ENCODE(whole).decode())
         messages.append(_ENCODE(self._update(watch)).decode())
-        if watch.union is not None:
-            messages += self._cells(UNION, *watch.union.shown())
-        agent = watch.agents.get(self.seen_by)
-        if agent is not None and agent.map is not None:
-            messages += self._cells(agent.id, agent.map.probability, agent.map.stamp_us)
+        maps = watch.maps
+        if maps.union is not None:
+            messages += self._cells(UNION, *maps.union.shown())
+        own = maps.agents.get(self.seen_by)
+        if own is not None:
+            messages += self._cells(self.seen_by, own.probability, own.stamp_us)
         return messages
 
     def look(self, agent: int) -> None:

@@ -18,6 +18,7 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from uavbridge.agent.orders import Verb
+from uavbridge.bus.text import read
 from uavbridge.clock import to_us, wall_s
 from uavbridge.errors import ConfigError, LinkError, UavbridgeError
 from uavbridge.monitor.web.feed import Feed
@@ -31,6 +32,7 @@ LOOPBACK = "127.0.0.1"
 LARGEST_ASK = 4096  # bytes
 SPEEDS = (0.1, 1000.0)
 
+_ASKED = msgspec.json.Decoder(Ask)
 _log = logging.getLogger(__name__)
 
 
@@ -187,7 +189,7 @@ class _Session:
 
     def _asked(self, text: str) -> None:
         try:
-            ask = msgspec.json.decode(text, type=Ask)
+            ask = read(_ASKED, text.encode(errors="replace"))
         except msgspec.DecodeError as fault:
             _log.debug("malformed wish of a page dropped: %s", fault)
             return
