@@ -25,7 +25,8 @@ TOML) completes and checks with it when the file begins with
     #:schema https://.../mission.schema.json
 
 Only `name` and `[area]` must be there. Lengths are metres, times seconds, positions `[x, y]` metres
-east and north of `[home]`, heights above home. Numbers may be written as whole numbers.
+east and north of `[home]`, heights above home, or above the ground where there is `[terrain]`.
+Numbers may be written as whole numbers.
 
 - The options of `uavbridge launch` replace the top-level key of the same name. With `--planner`
   naming another planner than the file does, the file's `[parameters]` are not used.

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
@@ -49,8 +50,9 @@ def read(
         terrain = reader(file, cell_m, origin)
     except OSError as error:
         raise ValueError(f"{file.name}: {error.strerror or error}") from error
-    except ValueError as error:
-        raise ValueError(f"{file.name}: {error}") from error
+    except (ValueError, EOFError, OverflowError, BadZipFile) as error:
+        why = str(error).removeprefix("terrain: ")
+        raise ValueError(f"{file.name}: {why}") from error
     if south_west is not None:
         terrain = replace(terrain, west_m=float(south_west[0]), south_m=float(south_west[1]))
     return terrain
@@ -97,7 +99,7 @@ def _header(lines: list[str]) -> tuple[dict[str, float], list[str]]:
 
 def _whole(header: Mapping[str, float], key: str) -> int:
     value = header.get(key)
-    if value is None or value != int(value) or value < 2:
+    if value is None or not value.is_integer() or value < 2:
         raise ValueError(f"header: {key} must be a whole number of at least 2, not {value}")
     return int(value)
 

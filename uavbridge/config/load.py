@@ -9,6 +9,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from msgspec.structs import replace
+
 from planners.planner import PlannerKind
 from uavbridge import plugins
 from uavbridge.config import rules
@@ -42,7 +44,8 @@ def load(
     if path is None:
         text = (files("uavbridge") / "missions" / EXAMPLE).read_text(encoding="utf-8")
         return parse(text, EXAMPLE, overrides, planners=planners)
-    return parse(_read(Path(path)), str(path), overrides, planners=planners)
+    file = Path(path)
+    return _parsed(_read(file), str(path), overrides, planners, file.parent)
 
 
 def parse(
@@ -53,11 +56,21 @@ def parse(
     planners: Mapping[str, PlannerKind] | None = None,
 ) -> Mission:
     """Like ``load`` for the text of a mission file; ``name`` stands for it in messages."""
+    return _parsed(text, name, overrides, planners, Path())
+
+
+def _parsed(
+    text: str,
+    name: str,
+    overrides: Mapping[str, object] | None,
+    planners: Mapping[str, PlannerKind] | None,
+    folder: Path,
+) -> Mission:
     given = {key: value for key, value in (overrides or {}).items() if value is not None}
     data = _decode(text, name)
     try:
         _override(data, given)
-        mission = convert(data)
+        mission = _placed(convert(data), folder)
         rules.check(mission, plugins.planners() if planners is None else planners)
     except FieldError as error:
         raise ConfigError(_located(error, text, name, given)) from None
@@ -98,6 +111,18 @@ def _read(path: Path) -> str:
     if len(text) > _LARGEST_FILE:
         raise ConfigError(f"{path}: is too large for a mission file")
     return text
+
+
+def _placed(mission: Mission, folder: Path) -> Mission:
+    """With the elevation file's whole path, so that the mission can be flown from anywhere."""
+    ground = mission.ground
+    if ground is None or ground.file is None:
+        return mission
+    try:
+        file = str((folder / ground.file).resolve())
+    except (OSError, ValueError, RuntimeError) as error:
+        raise FieldError(("terrain", "file"), str(error), ground.file) from None
+    return replace(mission, ground=replace(ground, file=file))
 
 
 def _decode(text: str, name: str) -> dict[str, Any]:

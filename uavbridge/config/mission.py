@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any, Literal
 
 import msgspec
@@ -9,8 +10,11 @@ import numpy as np
 from msgspec import Meta
 
 from planners.grid import Grid
+from planners.terrain import Terrain
 from planners.types import Limits, Scenario
+from uavbridge.config import ground as grounds
 from uavbridge.config import starts
+from uavbridge.config.ground import Ground, Signals
 from uavbridge.config.starts import Member
 from uavbridge.config.tables import (
     MAX_VEHICLES,
@@ -80,9 +84,11 @@ class Mission(Table, frozen=True):
         dict[str, Any], Meta(description="of the planner, as `uavbridge planners` lists them")
     ] = msgspec.field(default_factory=dict)
     home: Home = Home()
+    ground: Ground | None = msgspec.field(default=None, name="terrain")
     fleet: Fleet = Fleet()
     agents: tuple[Agent, ...] = ()
     sensor: Sensor = Sensor()
+    signals: Signals | None = None
     belief: Belief = Belief()
     targets: tuple[Target, ...] = ()
     radio: Radio = Radio()
@@ -117,7 +123,22 @@ class Mission(Table, frozen=True):
         Raises:
             ValueError: the area has no room for so many starts.
         """
-        return starts.team(self.grid, self.fleet, self.agents, self.vehicles)
+        return starts.team(self.grid, self.fleet, self.agents, self.vehicles, self._stands())
+
+    def terrain(self) -> Terrain | None:
+        """The ground, made or read once; None: level, at the height of home.
+
+        Raises:
+            ValueError: its file cannot be read.
+        """
+        return None if self.ground is None else grounds.terrain(self.ground, self.home, self.grid)
+
+    def _stands(self) -> starts.Stands | None:
+        """Which points (k, 2) vehicles may start on; None: all."""
+        ground, terrain = self.ground, self.terrain()
+        if ground is None or terrain is None:
+            return None
+        return partial(grounds.stands, terrain, ground)
 
     def endpoint(self, agent: int) -> str | None:
         """Where the agent's vehicle is found; None: it is simulated."""

@@ -14,6 +14,7 @@ from planners.registry import bind, describe
 from sim_vehicles.flavour import PX4
 from sim_vehicles.params import Parameters
 from uavbridge.config.field_error import FieldError, KeyPath
+from uavbridge.config.ground_rules import check_ground, check_on_ground
 from uavbridge.config.mission import Mission
 from uavbridge.config.starts import Member
 from uavbridge.errors import ConfigError
@@ -34,10 +35,14 @@ def check(mission: Mission, planners: Mapping[str, PlannerKind]) -> None:
     _numbers(mission.plain(), ())
     _probabilities(mission)
     _agents(mission)
+    terrain = check_ground(mission)
     team = _team(mission)
     _altitudes(mission, team)
     _starts(mission, team)
     _targets(mission)
+    if terrain is not None:
+        starts = zip(_start_keys(mission, team), [member.start for member in team], strict=True)
+        check_on_ground(mission, terrain, list(starts))
     _endpoints(mission)
     _simulation(mission)
     _known(("belief", "merge"), "merge rule", mission.belief.merge, MERGE_RULES)
@@ -87,7 +92,7 @@ def _altitudes(mission: Mission, team: tuple[Member, ...]) -> None:
             ("safety", "altitude_max_m"), f"must be above altitude_min_m = {low:g}", high
         )
     for member in team:
-        if not low <= member.altitude_m <= high:
+        if member.kind != "rover" and not low <= member.altitude_m <= high:
             path = _agent_key(mission, member.id, "altitude_m") or ("fleet", "altitude_m")
             what = f"must be in the band {low:g} to {high:g} m that [safety] allows"
             raise FieldError(path, what, member.altitude_m)

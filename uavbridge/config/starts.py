@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from planners.grid import Grid
-from planners.types import F64
-from uavbridge.config.tables import MAX_VEHICLES, Agent, Fleet, Point
+from planners.types import F64, Bools
+from uavbridge.config.tables import MAX_VEHICLES, Agent, Fleet, Kind, Point
+
+Stands: TypeAlias = Callable[[F64], Bools]
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,15 +21,22 @@ class Member:
 
     id: int
     start: Point  # ENU m
-    altitude_m: float  # search altitude above home
+    altitude_m: float  # search altitude above home, or above the terrain; 0 on the ground
+    kind: Kind = "multirotor"
 
 
-def team(grid: Grid, fleet: Fleet, agents: tuple[Agent, ...], vehicles: int) -> tuple[Member, ...]:
+def team(
+    grid: Grid,
+    fleet: Fleet,
+    agents: tuple[Agent, ...],
+    vehicles: int,
+    stands: Stands | None = None,
+) -> tuple[Member, ...]:
     """The members by ascending id.
 
     The first ``vehicles`` agents listed belong to the team, and further ids are the lowest free
     ones from 1. A member starts at its own start, else at its place in ``fleet.starts``, else
-    at a free point of the lattice.
+    at a free point of the lattice, of those that vehicles can stand on.
 
     Raises:
         ValueError: the area has no room for so many at this spacing.
@@ -39,19 +50,30 @@ def team(grid: Grid, fleet: Fleet, agents: tuple[Agent, ...], vehicles: int) -> 
         if number in own and (start := own[number].start) is not None:
             given[place] = start
     placed = iter(
-        lattice(grid, [point for point in given if point], fleet.spacing_m, given.count(None))
+        lattice(
+            grid, [point for point in given if point], fleet.spacing_m, given.count(None), stands
+        )
     )
     return tuple(
-        Member(number, point or next(placed), _altitude(own.get(number), fleet))
+        _member(number, point or next(placed), own.get(number), fleet)
         for number, point in zip(ids, given, strict=True)
     )
 
 
-def _altitude(agent: Agent | None, fleet: Fleet) -> float:
-    return fleet.altitude_m if agent is None or agent.altitude_m is None else agent.altitude_m
+def _member(number: int, start: Point, agent: Agent | None, fleet: Fleet) -> Member:
+    kind = fleet.kind if agent is None or agent.kind is None else agent.kind
+    given = None if agent is None else agent.altitude_m
+    altitude_m = fleet.altitude_m if given is None else given
+    return Member(number, start, 0.0 if kind == "rover" else altitude_m, kind)
 
 
-def lattice(grid: Grid, taken: list[Point], spacing_m: float, count: int) -> list[Point]:
+def lattice(
+    grid: Grid,
+    taken: list[Point],
+    spacing_m: float,
+    count: int,
+    stands: Stands | None = None,
+) -> list[Point]:
     """Points of a square lattice in the area, one spacing from each other and from those taken.
 
     With points taken, the lattice goes through the first one and the nearest to their
@@ -69,6 +91,8 @@ def lattice(grid: Grid, taken: list[Point], spacing_m: float, count: int) -> lis
     middle = np.mean(taken, axis=0) if taken else np.array([west, south])
     for point in taken:
         points = points[np.hypot(*(points - point).T) > spacing_m - 1e-6]
+    if stands is not None:
+        points = points[stands(points)]
     if len(points) < count:
         raise ValueError(
             f"only {len(points)} more starts fit into the area at a spacing of {spacing_m:g} m, "

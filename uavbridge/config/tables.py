@@ -14,6 +14,7 @@ MAX_VEHICLES = 250  # MAVLink system ids 1..250; 251..255 are for ground station
 
 Point: TypeAlias = tuple[float, float]
 Probability = Annotated[float, Meta(gt=0.0, lt=1.0)]
+Kind: TypeAlias = Literal["multirotor", "rover", "plane"]
 AgentId = Annotated[int, Meta(ge=1, le=MAX_VEHICLES)]
 Port = Annotated[int, Meta(ge=1024, le=65535)]
 
@@ -49,7 +50,10 @@ class Fleet(Table, frozen=True):
         tuple[Point, ...],
         Meta(description="[x, y] of each vehicle in m, by ascending id; missing ones are placed"),
     ] = ()
-    altitude_m: Annotated[float, Meta(gt=0.0, description="search altitude above home")] = 40.0
+    kind: Annotated[Kind, Meta(description="what the vehicles are")] = "multirotor"
+    altitude_m: Annotated[
+        float, Meta(gt=0.0, description="search altitude above home, or above the terrain")
+    ] = 40.0
     spacing_m: Annotated[
         float, Meta(gt=0.0, description="distance between starts that are placed automatically")
     ] = 50.0
@@ -63,8 +67,9 @@ class Agent(Table, frozen=True):
 
     id: Annotated[AgentId, Meta(description="agent id, also its MAVLink system id")]
     start: Annotated[Point | None, Meta(description="[x, y] in m, instead of fleet.starts")] = None
+    kind: Annotated[Kind | None, Meta(description="instead of fleet.kind")] = None
     altitude_m: Annotated[
-        float | None, Meta(description="search altitude above home, instead of fleet.altitude_m")
+        float | None, Meta(description="search altitude, instead of fleet.altitude_m")
     ] = None
     endpoint: Annotated[
         str | None,
@@ -134,8 +139,12 @@ class Safety(Table, frozen=True):
     fence_margin_m: Annotated[
         float, Meta(ge=0.0, description="how far the fence lies outside the area")
     ] = 50.0
-    altitude_min_m: Annotated[float, Meta(ge=0.0, description="above home")] = 15.0
-    altitude_max_m: Annotated[float, Meta(gt=0.0, description="above home")] = 120.0
+    altitude_min_m: Annotated[
+        float, Meta(ge=0.0, description="above home, or above the terrain")
+    ] = 15.0
+    altitude_max_m: Annotated[
+        float, Meta(gt=0.0, description="above home, or above the terrain")
+    ] = 120.0
     speed_m_s: Annotated[float, Meta(gt=0.0, le=50.0, description="horizontal speed limit")] = 10.0
     climb_m_s: Annotated[float, Meta(gt=0.0, le=20.0, description="climb and sink limit")] = 3.0
 
