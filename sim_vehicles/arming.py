@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from sim_vehicles.modes import MODES, Mode
-
-if TYPE_CHECKING:
-    from sim_vehicles.autopilot import Autopilot
+from sim_vehicles.modes import Mode
+from sim_vehicles.pilot import Pilot
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,15 +16,15 @@ class Refusal:
     for_good: bool = False
 
 
-def why_not_arm(pilot: Autopilot, i: int) -> str | None:
+def why_not_arm(pilot: Pilot, i: int) -> str | None:
     """The first check that fails, in a few words; None: it may arm."""
     status, parameters = pilot.status, pilot.parameters
     mode = Mode(int(status.mode[i]))
     reason = _why_not_fly(pilot, i, mode)
     if reason is not None:
         return reason
-    if not MODES[mode].armable:
-        return f"{MODES[mode].name} mode is not for arming"
+    if not pilot.modes[mode].armable:
+        return f"{pilot.modes[mode].name} mode is not for arming"
     if pilot.charge(i) < max(
         parameters.get(i, "BAT_LOW_THR"), parameters.get(i, "COM_ARM_BAT_MIN")
     ):
@@ -39,15 +36,15 @@ def why_not_arm(pilot: Autopilot, i: int) -> str | None:
     return None
 
 
-def why_not_change(pilot: Autopilot, i: int, mode: Mode) -> str | None:
+def why_not_change(pilot: Pilot, i: int, mode: Mode) -> str | None:
     """Why a mode can not be had now; on the ground, disarmed, nearly any can."""
     if mode is Mode.MISSION and not pilot.plans[i].steps:
         return "no valid mission"
     return _why_not_fly(pilot, i, mode) if pilot.status.armed[i] else None
 
 
-def _why_not_fly(pilot: Autopilot, i: int, mode: Mode) -> str | None:
-    spec = MODES[mode]
+def _why_not_fly(pilot: Pilot, i: int, mode: Mode) -> str | None:
+    spec = pilot.modes[mode]
     if spec.needs_sticks:
         return "no remote control"
     if spec.needs_position and pilot.now_us < pilot.status.ready_us[i]:

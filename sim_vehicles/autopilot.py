@@ -7,20 +7,22 @@ happened. Frame: the fleet's ENU metres; the MAVLink side converts.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import nan
 from typing import Final
 
 import numpy as np
 
 from sim_vehicles.arming import Refusal, why_not_arm, why_not_change
+from sim_vehicles.craft import Craft
 from sim_vehicles.dynamics.model import F64, Bools, Setpoints, States
 from sim_vehicles.failsafe import Failsafes
-from sim_vehicles.legs import DESCEND, Asked, Legs
-from sim_vehicles.modes import MODES, Mode
+from sim_vehicles.legs import DESCEND, Asked
+from sim_vehicles.modes import Mode, ModeSpec
 from sim_vehicles.params import Parameters
+from sim_vehicles.pilot import Routine
 from sim_vehicles.plans import Plan, Step, Vector
-from sim_vehicles.routines import ROUTINES, Routine, stopping_place
+from sim_vehicles.routines import stopping_place
 from sim_vehicles.status import NEVER, Said, Status, Told
 
 _READY_S: Final = (2.0, 4.5)  # when the position estimate is good, after start
@@ -31,6 +33,7 @@ class Autopilot:
     """The autopilots, one a row.
 
     Args:
+        craft: what they are.
         systems: (n,) system ids; with ``seed`` they decide when each is ready.
         states: the vehicles' states, live.
         parameters: theirs.
@@ -47,6 +50,7 @@ class Autopilot:
 
     def __init__(
         self,
+        craft: Craft,
         systems: Sequence[int],
         states: States,
         parameters: Parameters,
@@ -57,6 +61,7 @@ class Autopilot:
         altitude_m: float = 0.0,
     ) -> None:
         self.now_us = 0
+        self.craft = craft
         self._altitude_m = altitude_m
         self.states = states
         self.parameters = parameters
@@ -66,8 +71,8 @@ class Autopilot:
             for system, up in zip(systems, flying.tolist(), strict=True)
         ]
         self._start_up_us = ready_us
-        self.status = Status.on_ground(starts, states.yaw, ready_us)
-        self.legs = Legs(self.status, states, parameters)
+        self.status = Status.on_ground(starts, states.yaw, ready_us, craft.start_mode)
+        self.legs = craft.legs(self.status, states, parameters)
         self.plans = [Plan() for _ in systems]
         self.failsafes = Failsafes(self)
         self._routines: list[Routine | None] = [None for _ in systems]
@@ -80,6 +85,10 @@ class Autopilot:
             self.legs.in_flight(i)
             self._set_armed(i)
         self.legs.fly(0)  # those in the air are held there from the first step on
+
+    @property
+    def modes(self) -> Mapping[Mode, ModeSpec]:
+        return self.craft.modes
 
     @property
     def setpoints(self) -> Setpoints:
@@ -171,7 +180,7 @@ class Autopilot:
         if not status.landed[i]:
             status.landed[i] = True
             status.landed_us[i] = self.now_us
-        if MODES[Mode(int(status.mode[i]))].passing:
+        if self.modes[Mode(int(status.mode[i]))].passing:
             status.mode[i] = status.before[i]
         if self.plans[i].finished:
             self.plans[i].current, self.plans[i].finished = 0, False
@@ -190,7 +199,7 @@ class Autopilot:
         """Someone asks for a mode; None: it is on."""
         reason = why_not_change(self, i, mode)
         if reason is not None:
-            return Refusal(f"Switching to {MODES[mode].name} denied: {reason}")
+            return Refusal(f"Switching to {self.modes[mode].name} denied: {reason}")
         self.failsafes.clear(i)
         if self.status.mode[i] != mode:
             self.switch(i, mode)
@@ -202,12 +211,12 @@ class Autopilot:
         status.mode[i] = mode
         if mode is not Mode.TAKEOFF:
             self._heights.pop(i, None)
-        if not MODES[mode].passing:
+        if not self.modes[mode].passing:
             status.before[i] = Mode.HOLD if mode is Mode.TAKEOFF else mode
         if not status.armed[i]:
             return
         self.legs.set_speed(i, nan)
-        make = ROUTINES.get(mode)
+        make = self.craft.routines.get(mode)
         self._routines[i] = None if make is None else make(self, i)
         if make is None:
             self._stay_until_told(i)

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import IntEnum
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from sim_vehicles.dynamics.model import Bools
 from sim_vehicles.modes import Mode
+from sim_vehicles.pilot import Pilot
 from sim_vehicles.status import ALWAYS_LATER, I64
-
-if TYPE_CHECKING:
-    from sim_vehicles.autopilot import Autopilot
 
 
 class Action(IntEnum):
@@ -55,7 +53,7 @@ _OFFBOARD: Final = int(Mode.OFFBOARD)
 class Failsafes:
     """Watches n vehicles; acts through their autopilot."""
 
-    def __init__(self, pilot: Autopilot) -> None:
+    def __init__(self, pilot: Pilot) -> None:
         self._pilot = pilot
         self._status = pilot.status
         n = len(pilot.status.mode)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Final, Protocol
 
-from sim_vehicles import px4_parameters
 from sim_vehicles.codec import mav
 from sim_vehicles.modes import MODES, Mode
-from sim_vehicles.params import Parameter, Type
+from sim_vehicles.params import Type
 
 
 class Flavour(Protocol):
@@ -31,8 +30,8 @@ class Flavour(Protocol):
         ...
 
     @property
-    def table(self) -> Sequence[Parameter]:
-        """Its parameters."""
+    def id_parameter(self) -> str:
+        """Name of the parameter that holds the system id."""
         ...
 
     def custom_mode(self, mode: Mode) -> int:
@@ -82,7 +81,7 @@ class Px4:
     autopilot: Final[int] = mav.MAV_AUTOPILOT_PX4
     capabilities: Final[int] = mav.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT | 16  # bytewise
     heeds_data_streams: Final[bool] = False
-    table: Final[Sequence[Parameter]] = px4_parameters.TABLE
+    id_parameter: Final = "MAV_SYS_ID"
 
     def custom_mode(self, mode: Mode) -> int:
         main, sub = _MAIN[mode]
@@ -119,4 +118,3 @@ class Px4:
 
 
 PX4: Final = Px4()
-FLAVOURS: Final[dict[str, Flavour]] = {"px4": PX4}

@@ -3,47 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import pi
+from dataclasses import dataclass, fields
+from itertools import chain
 from typing import Final
 
 import numpy as np
 
+from planners.terrain import Terrain
 from sim_vehicles.autopilot import Autopilot
-from sim_vehicles.codec import Counts, decode
+from sim_vehicles.codec import Counts
+from sim_vehicles.crafts import AUTOPILOTS, CRAFTS, KINDS
 from sim_vehicles.dynamics import F64, MODELS, Bools, States, Wind, WindSpec
-from sim_vehicles.flavour import PX4
 from sim_vehicles.geodesy import Geodetic
-from sim_vehicles.modes import MODES, Mode
-from sim_vehicles.params import Parameters
-from sim_vehicles.protocol.endpoint import Endpoint, Services
-from sim_vehicles.protocol.services import HANDLERS, go_on
-from sim_vehicles.report import Report
-from sim_vehicles.status import Said
-from sim_vehicles.telemetry import Telemetry
+from sim_vehicles.squad import Squad, Surroundings, VehicleSpec
 
-_TICK_S: Final = 0.1  # of the autopilots' navigation and timers
-_LONGEST: Final = 1400  # bytes of a datagram made of several
+__all__ = ["Fleet", "Truth", "VehicleSpec"]
+
 _WIND_STREAM: Final = 1
-
-
-@dataclass(frozen=True, slots=True)
-class VehicleSpec:
-    """One vehicle as it is before it is switched on.
-
-    Attributes:
-        system: MAVLink system id, 1..255.
-        start: ENU m, on the ground: home, and zero of the vehicle's own local frame.
-        yaw_rad: from east, counter-clockwise.
-        kind: what it is; "multirotor".
-        in_air_m: it starts armed, holding at this height above ``start``; None: on the ground.
-    """
-
-    system: int
-    start: tuple[float, float, float]
-    yaw_rad: float = pi / 2
-    kind: str = "multirotor"
-    in_air_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,14 +38,18 @@ class Truth:
 class Fleet:
     """Vehicles, their autopilots and their MAVLink sides, all on simulated time.
 
+    Vehicles of one kind and autopilot are one batch, a ``Squad``.
+
     Args:
         specs: the vehicles.
         origin: where the fleet frame (ENU) is zero.
-        model: name of the vehicle model, of ``sim_vehicles.dynamics.MODELS``.
+        model: name of the multirotors' model, of ``sim_vehicles.dynamics.MODELS``; other
+            kinds have one each.
         seed: of gusts and of start-up times.
         wind: None: calm.
         step_s: of the dynamics.
-        parameters: of the autopilots, other than the defaults.
+        parameters: of the autopilots, other than the defaults; each takes those it has.
+        terrain: the ground; None: level, at height 0.
 
     Raises:
         ValueError: no such model, kind or parameter, or a start in the air without ``in_air_m``.
@@ -85,156 +65,132 @@ class Fleet:
         wind: WindSpec | None = None,
         step_s: float = 0.02,
         parameters: Mapping[str, float] | None = None,
+        terrain: Terrain | None = None,
     ) -> None:
         if model not in MODELS:
             raise ValueError(f"model must be one of {', '.join(sorted(MODELS))}, not {model}")
-        _check(specs)
+        _check(specs, terrain)
         self.specs = tuple(specs)
         self.systems = tuple(spec.system for spec in specs)
-        self.now_us = 0
-        n = len(self.specs)
-        starts = np.array([spec.start for spec in specs], dtype=np.float64).reshape(n, 3)
-        heights = np.array([spec.in_air_m or 0.0 for spec in specs])
-        place = starts + heights[:, np.newaxis] * (0.0, 0.0, 1.0)
-        self._model = MODELS[model](place, np.array([spec.yaw_rad for spec in specs]))
-        rng = np.random.default_rng((seed, _WIND_STREAM))
-        self._wind = Wind(wind or WindSpec(), n, rng)
-        self._step_us = round(step_s * 1e6)
-        self._step_s = self._step_us * 1e-6
-        self._tick_us = max(round(_TICK_S * 1e6) // self._step_us, 1) * self._step_us
+        around = Surroundings(origin, model, seed, step_s, parameters or {}, terrain)
+        rows: dict[tuple[str, str], list[int]] = {}
+        for index, spec in enumerate(specs):
+            rows.setdefault((spec.autopilot, spec.kind), []).append(index)
+        self.squads = tuple(
+            Squad(
+                CRAFTS[which],
+                [specs[index] for index in members],
+                around,
+                Wind(wind or WindSpec(), len(members), _gusts(seed, number)),
+            )
+            for number, (which, members) in enumerate(rows.items())
+        )
+        for name in parameters or {}:
+            if not any(name in squad.pilot.parameters for squad in self.squads):
+                raise ValueError(f"the autopilot has no parameter {name}")
+        self._rows = tuple(rows.values())  # of each squad
+        seats = {
+            index: (squad, row)
+            for squad, members in zip(self.squads, self._rows, strict=True)
+            for row, index in enumerate(members)
+        }
+        self._seats = tuple(seats[index] for index in range(len(specs)))
+        self.counts: tuple[Counts, ...] = tuple(squad.counts[row] for squad, row in self._seats)
+        self._only = self.squads[0] if len(self.squads) == 1 else None
+        self._states = self.squads[0].states
+        if self._only is None:
+            self._states = States.at(np.zeros((len(specs), 3)), np.zeros(len(specs)))
 
-        table = Parameters(PX4.table, n, parameters)
-        for i, system in enumerate(self.systems):
-            table.set(i, "MAV_SYS_ID", system)
-        self.pilot = Autopilot(
-            self.systems,
-            self._model.states,
-            table,
-            starts=starts,
-            flying=np.array([spec.in_air_m is not None for spec in specs], dtype=np.bool_),
-            seed=seed,
-            altitude_m=origin.altitude_m,
-        )
-        self._telemetry = Telemetry(self.systems, origin, starts)
-        self.pilot.status.home = self._telemetry.homes  # one array: telemetry tells of it
-        self._report = Report(self.pilot, PX4)
-        services = Services(self.pilot, self._telemetry, self._report, PX4, origin)
-        self._endpoints = tuple(
-            Endpoint(i, services, encoder) for i, encoder in enumerate(self._telemetry.encoders)
-        )
-        self._busy: set[int] = set()
-        self._fresh: set[int] = set()  # who has something to send
-        self._stale = False  # what was asked for may have changed what telemetry reports
-        self.counts = tuple(Counts() for _ in specs)
+    @property
+    def now_us(self) -> int:
+        """Simulated time."""
+        return self.squads[0].now_us
+
+    @property
+    def pilot(self) -> Autopilot:
+        """The autopilots of a fleet that is all of one kind.
+
+        Raises:
+            ValueError: it is of several kinds: ask ``seat``.
+        """
+        if self._only is None:
+            raise ValueError("a mixed fleet has several autopilots")
+        return self._only.pilot
 
     @property
     def states(self) -> States:
-        """The truth, live: fleet frame, one vehicle a row."""
-        return self._model.states
+        """The truth, in the fleet frame, one vehicle a row.
+
+        Live where all are of one kind: the model's own arrays. Of a mixed fleet it is
+        what was true when asked for, in arrays that the next call writes to again.
+        """
+        if self._only is None:
+            for squad, rows in zip(self.squads, self._rows, strict=True):
+                for each in fields(States):
+                    getattr(self._states, each.name)[rows] = getattr(squad.states, each.name)
+        return self._states
+
+    def seat(self, index: int) -> tuple[Squad, int]:
+        """The squad of vehicle ``index``, and its row there."""
+        return self._seats[index]
 
     def advance(self, until_us: int) -> None:
         """Let time pass, in whole steps, as far as ``until_us`` allows."""
-        step_us, step_s = self._step_us, self._step_s
-        pilot, telemetry, snapshot = self.pilot, self._telemetry, self._report.snapshot
-        setpoints = pilot.setpoints
-        pilot.legs.heed()
-        if self._stale:
-            self._stale = False
-            self._report.update()
-        while self.now_us + step_us <= until_us:
-            self._model.step(setpoints, self._wind.step(step_s), step_s)
-            self.now_us += step_us
-            pilot.now_us = self.now_us
-            if self.now_us % self._tick_us == 0:
-                self._tick()
-            for i, datagram in telemetry.build(self.now_us, snapshot):
-                self._endpoints[i].out.append(datagram)
-                self._fresh.add(i)
-
-    def _tick(self) -> None:
-        self.pilot.tick(self.now_us)
-        self._report.update()
-        self._tell()
-        for i in sorted(self._busy):
-            go_on(self._endpoints[i])
-            self._fresh.add(i)
-            if not self._endpoints[i].busy:
-                self._busy.discard(i)
-
-    def _tell(self) -> None:
-        for news in self.pilot.told():
-            endpoint = self._endpoints[news.vehicle]
-            if isinstance(news, Said):
-                endpoint.say(news.severity, news.text)
-            else:
-                endpoint.send("MISSION_ITEM_REACHED", seq=news.step)
-                self._report.plan(news.vehicle)
-            self._fresh.add(news.vehicle)
+        for squad in self.squads:
+            squad.advance(until_us)
 
     def receive(self, index: int, datagram: bytes) -> None:
         """A datagram came in at vehicle ``index``'s own socket; it acts on it at once."""
-        packets = decode(datagram, self.counts[index])
-        if not packets:
-            return
-        endpoint = self._endpoints[index]
-        for packet in packets:
-            endpoint.handle(packet, HANDLERS)
-        if self.pilot.status.told:
-            self._tell()
-        if endpoint.busy:
-            self._busy.add(index)
-        if endpoint.out:
-            self._fresh.add(index)
-            self._stale = True
+        squad, row = self._seats[index]
+        squad.receive(row, datagram)
 
     def transmit(self) -> list[tuple[int, bytes]]:
         """Datagrams (vehicle index, bytes) due since the last call, each vehicle's in order."""
-        datagrams: list[tuple[int, bytes]] = []
-        for i in sorted(self._fresh):
-            out = self._endpoints[i].out
-            if len(out) == 1:
-                datagrams.append((i, out[0]))
-            else:
-                datagrams.extend((i, datagram) for datagram in _joined(out))
-            out.clear()
-        self._fresh.clear()
-        return datagrams
+        if self._only is not None:
+            return self._only.transmit()
+        return [
+            (rows[row], datagram)
+            for squad, rows in zip(self.squads, self._rows, strict=True)
+            for row, datagram in squad.transmit()
+        ]
 
     def truth(self) -> Truth:
         """What is really so, for a simulated world to work on."""
-        states, status = self._model.states, self.pilot.status
+        states = self.states
+        armed = np.zeros(len(self.specs), dtype=np.bool_)
+        names = [squad.mode_names for squad in self.squads]
+        modes = dict(zip(chain(*self._rows), chain(*names), strict=True))
+        for squad, rows in zip(self.squads, self._rows, strict=True):
+            armed[rows] = squad.pilot.status.armed
         return Truth(
             t_us=self.now_us,
             systems=self.systems,
             position=states.position.copy(),
             velocity=states.velocity.copy(),
-            armed=status.armed.copy(),
+            armed=armed,
             in_air=~states.on_ground,
-            modes=tuple(MODES[Mode(mode)].name for mode in status.mode.tolist()),
+            modes=tuple(modes[index] for index in range(len(self.specs))),
         )
 
 
-def _check(specs: Sequence[VehicleSpec]) -> None:
+def _gusts(seed: int, number: int) -> np.random.Generator:
+    """The gusts of one squad."""
+    return np.random.default_rng((seed, _WIND_STREAM, number) if number else (seed, _WIND_STREAM))
+
+
+def _check(specs: Sequence[VehicleSpec], terrain: Terrain | None) -> None:
     if not specs:
         raise ValueError("a fleet needs a vehicle")
     for spec in specs:
-        if spec.kind != "multirotor":
+        if spec.kind not in KINDS:
             raise ValueError(f"vehicle {spec.system}: there is no kind {spec.kind}")
-        if spec.in_air_m is None and spec.start[2] > 0:
+        if spec.autopilot not in AUTOPILOTS:
+            raise ValueError(f"vehicle {spec.system}: there is no autopilot {spec.autopilot}")
+        if (spec.autopilot, spec.kind) not in CRAFTS:
+            raise ValueError(
+                f"vehicle {spec.system}: there is no {spec.kind} with {spec.autopilot}"
+            )
+        if spec.in_air_m is None and terrain is None and spec.start[2] > 0:
             raise ValueError(f"vehicle {spec.system} starts {spec.start[2]} m above the ground")
         if spec.in_air_m is not None and not spec.in_air_m > 0:
             raise ValueError(f"vehicle {spec.system}: in_air_m must be positive")
-
-
-def _joined(frames: list[bytes]) -> list[bytes]:
-    """Frames in as few datagrams as their length allows."""
-    joined: list[bytes] = []
-    start, size = 0, 0
-    for at, frame in enumerate(frames):
-        if size and size + len(frame) > _LONGEST:
-            joined.append(b"".join(frames[start:at]))
-            start, size = at, 0
-        size += len(frame)
-    if size:
-        joined.append(b"".join(frames[start:]))
-    return joined

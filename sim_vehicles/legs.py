@@ -245,7 +245,7 @@ class Legs:
         """Descent slows between two heights (MPC_LAND_ALT1, 2) to the landing speed."""
         rows = (self.kind == DESCEND).nonzero()[0]
         column = self._parameters.column
-        height = self._states.position[rows, 2] - self._status.home[rows, 2]
+        height = self._states.position[rows, 2] - self._states.ground[rows]
         high, low = column("MPC_LAND_ALT1")[rows], column("MPC_LAND_ALT2")[rows]
         slow, fast = column("MPC_LAND_SPEED")[rows], self._wanted.max_down[rows]
         share = np.clip((height - low) / np.maximum(high - low, 0.1), 0.0, 1.0)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from math import inf, isfinite
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,6 +20,10 @@ class Type(IntEnum):
     REAL32 = 9
 
 
+Meaning: TypeAlias = tuple[str, Callable[[float], float]]
+"""A hidden parameter, and its value by that of the one that clients see."""
+
+
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """One parameter: its value is always within ``low`` and ``high``."""
@@ -28,6 +33,7 @@ class Parameter:
     default: float
     low: float = -inf
     high: float = inf
+    means: tuple[Meaning, ...] = ()  # for the autopilot, which knows parameters by other names
 
 
 class Parameters:
@@ -37,24 +43,34 @@ class Parameters:
         table: the parameters, in the order in which they are listed.
         n: number of vehicles.
         overrides: values other than the defaults, for all vehicles.
+        hidden: parameters that the autopilot goes by and clients do not see.
 
     Raises:
         ValueError: an override of an unknown parameter, or out of range.
     """
 
     def __init__(
-        self, table: Sequence[Parameter], n: int, overrides: Mapping[str, float] | None = None
+        self,
+        table: Sequence[Parameter],
+        n: int,
+        overrides: Mapping[str, float] | None = None,
+        *,
+        hidden: Sequence[Parameter] = (),
     ) -> None:
         self.table = tuple(sorted(table, key=lambda parameter: parameter.name))
-        self._row = {parameter.name: row for row, parameter in enumerate(self.table)}
-        defaults = np.array([_single(parameter.default) for parameter in self.table])
+        seen = {parameter.name for parameter in self.table}
+        self._all = self.table + tuple(each for each in hidden if each.name not in seen)
+        self._row = {parameter.name: row for row, parameter in enumerate(self._all)}
+        defaults = np.array([_single(parameter.default) for parameter in self._all])
         self._values = np.repeat(defaults[:, np.newaxis], n, axis=1)
         self.version = 0  # grows with every change
+        for parameter in self.table:
+            for name, value_of in parameter.means:
+                self._values[self._row[name]] = value_of(parameter.default)
         for name, value in (overrides or {}).items():
             if name not in self._row:
                 raise ValueError(f"the autopilot has no parameter {name}")
-            for vehicle in range(n):
-                self.set(vehicle, name, value)
+            self._set_all(name, value)
 
     def __len__(self) -> int:
         return len(self.table)
@@ -64,7 +80,8 @@ class Parameters:
 
     def row(self, name: str) -> int | None:
         """Place of a parameter in the table; None: there is none of that name."""
-        return self._row.get(name)
+        row = self._row.get(name)
+        return row if row is not None and row < len(self.table) else None
 
     def column(self, name: str) -> F64:
         """Values (n,) of one parameter, live: they change as parameters are set."""
@@ -75,6 +92,20 @@ class Parameters:
         """The value of one parameter of one vehicle."""
         return float(self._values[self._row[name], vehicle])
 
+    def override(self, values: Mapping[str, float]) -> None:
+        """Change values of all vehicles; names that are not known are passed over.
+
+        Raises:
+            ValueError: out of range.
+        """
+        for name, value in values.items():
+            if name in self._row:
+                self._set_all(name, value)
+
+    def _set_all(self, name: str, value: float) -> None:
+        for vehicle in range(self._values.shape[1]):
+            self.set(vehicle, name, value)
+
     def set(self, vehicle: int, name: str, value: float) -> None:
         """Change one value of one vehicle.
 
@@ -82,7 +113,7 @@ class Parameters:
             ValueError: not finite, out of range, or a fraction for a whole number.
         """
         row = self._row[name]
-        parameter = self.table[row]
+        parameter = self._all[row]
         if not isfinite(value) or not parameter.low <= value <= parameter.high:
             raise ValueError(
                 f"parameter {name} must be {parameter.low:g}..{parameter.high:g}, not {value:g}"
@@ -90,6 +121,8 @@ class Parameters:
         if parameter.type is Type.INT32 and value != int(value):
             raise ValueError(f"parameter {name} is a whole number, not {value:g}")
         self._values[row, vehicle] = _single(value)
+        for other, value_of in parameter.means:
+            self._values[self._row[other], vehicle] = value_of(value)
         self.version += 1
 
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from sim_vehicles.autopilot import Autopilot
 from sim_vehicles.codec import mav
-from sim_vehicles.flavour import Flavour
 from sim_vehicles.legs import DESCEND
-from sim_vehicles.modes import MODES, Mode
+from sim_vehicles.modes import Mode
 from sim_vehicles.streams import SENSORS, Ints, TelemetrySnapshot
 
 _POSITION: Final[int] = (
@@ -29,14 +28,19 @@ class Report:
         snapshot: what telemetry reports; its arrays are written in place.
     """
 
-    def __init__(self, pilot: Autopilot, flavour: Flavour) -> None:
+    def __init__(self, pilot: Autopilot) -> None:
         n = len(pilot.status.mode)
         self._pilot = pilot
-        self._custom: Ints = np.array([flavour.custom_mode(mode) for mode in Mode], dtype=np.int64)
-        self._base: Ints = np.array(
-            [flavour.base_mode(mode, armed=False) for mode in Mode], dtype=np.int64
+        craft = pilot.craft
+        flavour, has = craft.flavour, craft.modes
+        self._custom: Ints = np.array(
+            [flavour.custom_mode(mode) if mode in has else 0 for mode in Mode], dtype=np.int64
         )
-        self._armable = np.array([MODES[mode].armable for mode in Mode])
+        self._base: Ints = np.array(
+            [flavour.base_mode(mode, armed=False) if mode in has else 0 for mode in Mode],
+            dtype=np.int64,
+        )
+        self._armable = np.array([mode in has and has[mode].armable for mode in Mode])
         zeros = np.zeros(n, dtype=np.int64)
         self.snapshot = TelemetrySnapshot(
             states=pilot.states,
@@ -49,7 +53,7 @@ class Report:
             sensors_present=zeros + SENSORS,
             sensors_health=zeros.copy(),
             autopilot=zeros + flavour.autopilot,
-            vehicle_type=zeros + mav.MAV_TYPE_QUADROTOR,
+            vehicle_type=zeros + craft.mav_type,
             mission_item=zeros.copy(),
             mission_count=zeros.copy(),
         )

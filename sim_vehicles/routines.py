@@ -6,25 +6,21 @@ its legs costs nothing here. A routine that is not resumed is simply dropped.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from math import atan2, hypot, inf, isfinite, isnan, nan, radians, tan
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final
 
 from sim_vehicles.modes import Mode
+from sim_vehicles.pilot import Pilot, Routine
 from sim_vehicles.plans import Do, Step, Vector
 from sim_vehicles.status import Reached
-
-if TYPE_CHECKING:
-    from sim_vehicles.autopilot import Autopilot
-
-Routine: TypeAlias = Iterator[None]
 
 _NEAR: Final = 1.5  # m: nearer targets are not turned towards
 _INFO: Final = 6
 _WARNING: Final = 4
 
 
-def take_off(pilot: Autopilot, i: int) -> Routine:
+def take_off(pilot: Pilot, i: int) -> Routine:
     """Climb to the height asked for, then hold."""
     x, y, z = pilot.place(i)
     default = pilot.parameters.get(i, "MIS_TAKEOFF_ALT")
@@ -41,7 +37,7 @@ def take_off(pilot: Autopilot, i: int) -> Routine:
     pilot.hold_at(i, (x, y, top), yaw)
 
 
-def hold(pilot: Autopilot, i: int) -> Routine:
+def hold(pilot: Pilot, i: int) -> Routine:
     """Brake and stay; go first where a reposition command says."""
     goal = pilot.take_goal(i)
     if goal is None:
@@ -52,14 +48,14 @@ def hold(pilot: Autopilot, i: int) -> Routine:
     yield
 
 
-def land(pilot: Autopilot, i: int) -> Routine:
+def land(pilot: Pilot, i: int) -> Routine:
     """Go down where it is; without a position estimate too."""
     x, y, _ = stopping_place(pilot, i)
     pilot.legs.descend(i, x, y, pilot.yaw(i))
     yield
 
 
-def return_home(pilot: Autopilot, i: int) -> Routine:
+def return_home(pilot: Pilot, i: int) -> Routine:
     """Climb to the return height, fly home, go down, land (PX4's RTL_TYPE 0)."""
     parameters, home = pilot.parameters, pilot.status.home[i]
     hx, hy, hz = (float(value) for value in home)
@@ -94,7 +90,7 @@ def return_home(pilot: Autopilot, i: int) -> Routine:
     yield
 
 
-def _return_height(pilot: Autopilot, i: int, distance_m: float) -> float:
+def _return_height(pilot: Pilot, i: int, distance_m: float) -> float:
     """Metres above home to return at: lower inside a cone about home (RTL_CONE_ANG)."""
     parameters = pilot.parameters
     full = parameters.get(i, "RTL_RETURN_ALT")
@@ -107,7 +103,7 @@ def _return_height(pilot: Autopilot, i: int, distance_m: float) -> float:
     return min(max(distance_m / tan(radians(half_angle)), lowest), full)
 
 
-def fly_plan(pilot: Autopilot, i: int) -> Routine:
+def fly_plan(pilot: Pilot, i: int) -> Routine:
     """Fly the mission from its current step on, then stay."""
     plan = pilot.plans[i]
     jumped: dict[int, int] = {}
@@ -137,7 +133,7 @@ def fly_plan(pilot: Autopilot, i: int) -> Routine:
     yield
 
 
-def _step_take_off(pilot: Autopilot, i: int, step: Step) -> Routine:
+def _step_take_off(pilot: Pilot, i: int, step: Step) -> Routine:
     x, y, z = pilot.place(i)
     top = max(z, step.position[2]) if isfinite(step.position[2]) else z
     pilot.legs.go(i, (x, y, top), pilot.yaw(i), radius_m=inf, climb=bool(pilot.status.landed[i]))
@@ -145,7 +141,7 @@ def _step_take_off(pilot: Autopilot, i: int, step: Step) -> Routine:
     yield from _step_go(pilot, i, step)
 
 
-def _step_go(pilot: Autopilot, i: int, step: Step) -> Routine:
+def _step_go(pilot: Pilot, i: int, step: Step) -> Routine:
     yield from _off_the_ground(pilot, i)
     radius = step.radius_m
     if not isfinite(radius) or radius <= 0:
@@ -155,13 +151,13 @@ def _step_go(pilot: Autopilot, i: int, step: Step) -> Routine:
     yield from _pause(pilot, i, step)
 
 
-def _step_stay(pilot: Autopilot, i: int, step: Step) -> Routine:
+def _step_stay(pilot: Pilot, i: int, step: Step) -> Routine:
     yield from _off_the_ground(pilot, i)
     go(pilot, i, step.position, step.yaw_rad, radius_m=None)
     yield
 
 
-def _step_land(pilot: Autopilot, i: int, step: Step) -> Routine:
+def _step_land(pilot: Pilot, i: int, step: Step) -> Routine:
     if pilot.status.landed[i]:
         return
     x, y, z = pilot.place(i)
@@ -175,28 +171,28 @@ def _step_land(pilot: Autopilot, i: int, step: Step) -> Routine:
         yield
 
 
-def _step_return(pilot: Autopilot, i: int, step: Step) -> Routine:
+def _step_return(pilot: Pilot, i: int, step: Step) -> Routine:
     pilot.plans[i].finished = True
     pilot.switch(i, Mode.RETURN)
     yield
 
 
-def _step_speed(pilot: Autopilot, i: int, step: Step) -> Routine:
+def _step_speed(pilot: Pilot, i: int, step: Step) -> Routine:
     pilot.legs.set_speed(i, step.speed_m_s)
     yield from ()
 
 
-def _pause(pilot: Autopilot, i: int, step: Step) -> Routine:
+def _pause(pilot: Pilot, i: int, step: Step) -> Routine:
     if step.pause_s > 0.0:
         pilot.legs.pause(i, pilot.now_us + round(min(step.pause_s, 1e9) * 1e6))
         yield
 
 
-def _nothing(pilot: Autopilot, i: int, step: Step) -> Routine:
+def _nothing(pilot: Pilot, i: int, step: Step) -> Routine:
     yield from ()
 
 
-_STEPS: Final[dict[Do, Callable[[Autopilot, int, Step], Routine]]] = {
+_STEPS: Final[dict[Do, Callable[[Pilot, int, Step], Routine]]] = {
     Do.TAKE_OFF: _step_take_off,
     Do.GO: _step_go,
     Do.STAY: _step_stay,
@@ -207,7 +203,7 @@ _STEPS: Final[dict[Do, Callable[[Autopilot, int, Step], Routine]]] = {
     Do.NOTHING: _nothing,
 }
 
-ROUTINES: Final[dict[Mode, Callable[[Autopilot, int], Routine]]] = {
+ROUTINES: Final[dict[Mode, Callable[[Pilot, int], Routine]]] = {
     Mode.TAKEOFF: take_off,
     Mode.HOLD: hold,
     Mode.MISSION: fly_plan,
@@ -216,9 +212,7 @@ ROUTINES: Final[dict[Mode, Callable[[Autopilot, int], Routine]]] = {
 }
 
 
-def go(
-    pilot: Autopilot, i: int, position: Vector, yaw_rad: float, *, radius_m: float | None
-) -> None:
+def go(pilot: Pilot, i: int, position: Vector, yaw_rad: float, *, radius_m: float | None) -> None:
     """Fly to a place; NaN parts of it stay as they are, and it turns towards the place."""
     here = pilot.place(i)
     x, y, z = (there if isfinite(there) else now for there, now in zip(position, here, strict=True))
@@ -229,12 +223,12 @@ def go(
     pilot.legs.go(i, (x, y, z), yaw_rad, radius_m=radius_m)
 
 
-def stay(pilot: Autopilot, i: int) -> None:
+def stay(pilot: Pilot, i: int) -> None:
     """Brake, and stay where that ends."""
     pilot.legs.go(i, stopping_place(pilot, i), pilot.yaw(i))
 
 
-def stopping_place(pilot: Autopilot, i: int) -> Vector:
+def stopping_place(pilot: Pilot, i: int) -> Vector:
     """Where it comes to rest if it brakes now."""
     x, y, z = pilot.place(i)
     vx, vy, vz = pilot.states.velocity[i].tolist()
@@ -243,7 +237,7 @@ def stopping_place(pilot: Autopilot, i: int) -> Vector:
     return x + vx * run, y + vy * run, z + vz * abs(vz) / (2.0 * upright)
 
 
-def _off_the_ground(pilot: Autopilot, i: int) -> Routine:
+def _off_the_ground(pilot: Pilot, i: int) -> Routine:
     """A mission without a take-off item gets one."""
     if pilot.status.landed[i]:
         x, y, z = pilot.place(i)

@@ -62,15 +62,15 @@ class Status:
     told: list[Told] = field(default_factory=list)
 
     @staticmethod
-    def on_ground(starts: F64, yaw: F64, ready_us: Sequence[int]) -> Status:
-        """Disarmed in Hold at ``starts`` (n, 3), ``yaw`` (n,)."""
+    def on_ground(starts: F64, yaw: F64, ready_us: Sequence[int], mode: Mode = Mode.HOLD) -> Status:
+        """Disarmed in ``mode`` at ``starts`` (n, 3), ``yaw`` (n,)."""
         n = len(starts)
         never = np.full(n, NEVER, dtype=np.int64)
         off = np.zeros(n, dtype=np.bool_)
-        hold = np.full(n, Mode.HOLD, dtype=np.int8)
+        modes = np.full(n, mode, dtype=np.int8)
         return Status(
-            mode=hold,
-            before=hold.copy(),
+            mode=modes,
+            before=modes.copy(),
             armed=off,
             landed=np.ones(n, dtype=np.bool_),
             flown=off.copy(),

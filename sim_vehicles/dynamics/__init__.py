@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 
 from sim_vehicles.dynamics.airframe import GRAVITY, BatteryParams, MultirotorParams
-from sim_vehicles.dynamics.model import F64, Bools, Setpoints, States, VehicleModel
+from sim_vehicles.dynamics.model import F64, Bools, MakeModel, Setpoints, States, VehicleModel
 from sim_vehicles.dynamics.multirotor import Multirotor
 from sim_vehicles.dynamics.perfect import PerfectTracking
 from sim_vehicles.dynamics.wind import Wind, WindSpec
@@ -17,6 +17,7 @@ __all__ = [
     "MODELS",
     "BatteryParams",
     "Bools",
+    "MakeModel",
     "Multirotor",
     "MultirotorParams",
     "PerfectTracking",
@@ -27,7 +28,7 @@ __all__ = [
     "WindSpec",
 ]
 
-# name -> model of vehicles at position (n, 3) ENU m and yaw (n,) rad
-MODELS: Mapping[str, Callable[[F64, F64], VehicleModel]] = MappingProxyType(
+# of multirotors, by name
+MODELS: Mapping[str, MakeModel] = MappingProxyType(
     {"multirotor": Multirotor, "perfect": PerfectTracking}
 )

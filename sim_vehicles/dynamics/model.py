@@ -13,6 +13,8 @@ from typing import Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from planners.terrain import Terrain
+
 F64: TypeAlias = npt.NDArray[np.float64]
 Bools: TypeAlias = npt.NDArray[np.bool_]
 
@@ -32,6 +34,8 @@ class States:
     current: F64  # (n,) A
     voltage: F64  # (n,) V
     on_ground: Bools  # (n,) touches the ground
+    ground: F64  # (n,) ENU m: height of the ground under it
+    airspeed: F64  # (n,) m/s; NaN where nothing measures it
 
     @staticmethod
     def at(position: F64, yaw: F64) -> States:
@@ -50,6 +54,8 @@ class States:
             current=zero.copy(),
             voltage=np.zeros(n),
             on_ground=np.ones(n, dtype=np.bool_),
+            ground=zero.copy(),
+            airspeed=np.full(n, np.nan),
         )
 
 
@@ -70,6 +76,7 @@ class Setpoints:
     max_up: F64  # (n,) m/s
     max_down: F64  # (n,) m/s
     motors: Bools  # (n,) spinning; where False the vehicle falls, or rests
+    radius: F64  # (n,) m, of circles of those that cannot stop; positive: counter-clockwise
 
     @staticmethod
     def idle(n: int) -> Setpoints:
@@ -83,6 +90,7 @@ class Setpoints:
             max_up=np.full(n, np.inf),
             max_down=np.full(n, np.inf),
             motors=np.zeros(n, dtype=np.bool_),
+            radius=np.full(n, np.nan),
         )
 
 
@@ -96,4 +104,14 @@ class VehicleModel(Protocol):
 
     def step(self, setpoints: Setpoints, wind: F64, dt_s: float) -> None:
         """Advance all vehicles by ``dt_s`` in the wind (n, 3) ENU m/s."""
+        ...
+
+
+class MakeModel(Protocol):
+    """Makes the dynamics of n vehicles."""
+
+    def __call__(
+        self, position: F64, yaw: F64, /, *, terrain: Terrain | None = None
+    ) -> VehicleModel:
+        """At rest at position (n, 3) ENU m and yaw (n,) rad; no terrain: level ground at 0."""
         ...

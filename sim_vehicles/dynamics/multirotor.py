@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from planners.terrain import Terrain
 from sim_vehicles.dynamics.airframe import GRAVITY, MultirotorParams
 from sim_vehicles.dynamics.attitude import Attitude
 from sim_vehicles.dynamics.battery import Battery
@@ -36,6 +37,7 @@ class Multirotor:
         *,
         params: MultirotorParams = _DEFAULT,
         ground_m: float = 0.0,
+        terrain: Terrain | None = None,
     ) -> None:
         """Place vehicles at rest: on the ground, or hovering where above it.
 
@@ -44,7 +46,8 @@ class Multirotor:
                 ground there.
             yaw: (n,) rad.
             params: the airframe, the same for all.
-            ground_m: height of the ground.
+            ground_m: height of the ground where there is no terrain.
+            terrain: heights of the ground.
         """
         n = len(position)
         self._params = params
@@ -56,7 +59,11 @@ class Multirotor:
         states.rates, states.roll, states.pitch = rates.T, angles[0], angles[1]
         self._states = states
 
-        self._ground = np.minimum(self._position[2], ground_m)
+        self._terrain = terrain
+        self._ground: F64 = states.ground
+        self._ground[:] = np.minimum(self._position[2], ground_m)
+        if terrain is not None:
+            self._ground[:] = terrain.height_at(states.position)
         states.on_ground[:] = self._position[2] <= self._ground
         self._lift = np.where(states.on_ground, 0.0, GRAVITY)  # thrust per mass, m/s2
         states.thrust[:] = self._lift / (params.thrust_to_weight * GRAVITY)
@@ -147,6 +154,8 @@ class Multirotor:
         velocity += change
         change *= 0.5 * dt_s
         position += change
+        if self._terrain is not None:
+            self._ground[:] = self._terrain.height_at(self._states.position)
         on_ground = np.less_equal(position[2], self._ground, out=self._states.on_ground)
         if on_ground.any():
             np.copyto(position[2], self._ground, where=on_ground)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from planners.terrain import Terrain
 from sim_vehicles.dynamics.airframe import GRAVITY, MultirotorParams
 from sim_vehicles.dynamics.battery import Battery
 from sim_vehicles.dynamics.demand import Demand, unwind
@@ -28,11 +29,16 @@ class PerfectTracking:
         *,
         params: MultirotorParams = _DEFAULT,
         ground_m: float = 0.0,
+        terrain: Terrain | None = None,
     ) -> None:
         """Place vehicles at rest at position (n, 3) ENU m, yaw (n,) rad."""
         self._params = params
         self._states = states = States.at(position, yaw)
-        self._ground = np.minimum(states.position[:, 2], ground_m)
+        self._terrain = terrain
+        self._ground: F64 = states.ground
+        self._ground[:] = np.minimum(states.position[:, 2], ground_m)
+        if terrain is not None:
+            self._ground[:] = terrain.height_at(states.position)
         states.on_ground[:] = states.position[:, 2] <= self._ground
         self._demand = Demand(len(position))
         self._battery = Battery(states, params.battery)
@@ -79,6 +85,8 @@ class PerfectTracking:
 
     def _touch(self) -> None:
         states = self._states
+        if self._terrain is not None:
+            self._ground[:] = self._terrain.height_at(states.position)
         low = states.position[:, 2] <= self._ground
         states.on_ground[:] = low
         np.copyto(states.position[:, 2], self._ground, where=low)

@@ -124,7 +124,8 @@ class GroundRover:
     def _settle(self) -> None:
         """On the ground: height, roll and pitch."""
         states = self._states
-        states.position[:, 2] = self._terrain.height_at(states.position)
+        states.ground[:] = self._terrain.height_at(states.position)
+        states.position[:, 2] = states.ground
         east, north = self._terrain.gradient_at(states.position).T
         cos, sin = np.cos(states.yaw), np.sin(states.yaw)
         states.pitch[:] = np.arctan(east * cos + north * sin)

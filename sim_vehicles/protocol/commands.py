@@ -42,7 +42,7 @@ def on_command(endpoint: Endpoint, packet: Packet) -> None:
 def on_set_mode(endpoint: Endpoint, packet: Packet) -> None:
     """SET_MODE, the message that DO_SET_MODE replaced; acknowledged as that."""
     mode = endpoint.services.flavour.mode_of(packet.message.custom_mode)
-    result = DENIED if mode is None else _change(endpoint, mode)
+    result = _change(endpoint, mode)
     endpoint.send(
         "COMMAND_ACK",
         command=mav.MAV_CMD_DO_SET_MODE,
@@ -60,7 +60,9 @@ def _said(endpoint: Endpoint, refusal: Refusal | None) -> int:
     return DENIED if refusal.for_good else LATER
 
 
-def _change(endpoint: Endpoint, mode: Mode) -> int:
+def _change(endpoint: Endpoint, mode: Mode | None) -> int:
+    if mode is None or mode not in endpoint.services.craft.modes:
+        return DENIED
     return _said(endpoint, endpoint.pilot.change_mode(endpoint.index, mode))
 
 
@@ -75,7 +77,7 @@ def _set_mode(endpoint: Endpoint, order: Order) -> int:
     if not order.whole(1) & mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
         return DENIED
     mode = endpoint.services.flavour.mode_of_command(order.whole(2), order.whole(3))
-    return DENIED if mode is None else _change(endpoint, mode)
+    return _change(endpoint, mode)
 
 
 def _arm(endpoint: Endpoint, order: Order) -> int:

@@ -8,6 +8,7 @@ from typing import Any, Final, TypeAlias
 
 from sim_vehicles.autopilot import Autopilot
 from sim_vehicles.codec import Encoder, Packet, mav
+from sim_vehicles.craft import Craft
 from sim_vehicles.flavour import Flavour
 from sim_vehicles.geodesy import Geodetic
 from sim_vehicles.protocol.items import Item
@@ -25,8 +26,17 @@ class Services:
     pilot: Autopilot
     telemetry: Telemetry
     report: Report
-    flavour: Flavour
     origin: Geodetic  # of the fleet frame
+
+    @property
+    def craft(self) -> Craft:
+        """What the vehicles are."""
+        return self.pilot.craft
+
+    @property
+    def flavour(self) -> Flavour:
+        """How they say things."""
+        return self.pilot.craft.flavour
 
 
 @dataclass(slots=True)

@@ -101,7 +101,8 @@ def packing_cost(n: int) -> tuple[float, float]:
     """CPU seconds per simulated second to make telemetry: by us, and packed by pymavlink."""
     fleet = fleet_of(n)
     seconds = max(2000 / n, 2.0)
-    telemetry, snapshot = fleet._telemetry, fleet._report.snapshot
+    squad = fleet.squads[0]
+    telemetry, snapshot = squad.telemetry, squad.report.snapshot
     steps = range(20_000, round(seconds * 1e6), 20_000)
     before = time.process_time()
     datagrams = [sent for t_us in steps for sent in telemetry.build(t_us, snapshot)]

@@ -12,10 +12,8 @@ from typing import Final, Protocol
 import numpy as np
 
 from sim_vehicles.arming import Refusal, why_not_arm
-from sim_vehicles.autopilot import Autopilot
-from sim_vehicles.dynamics.model import States
-from sim_vehicles.modes import MODES
 from sim_vehicles.modes import Mode as Flown
+from sim_vehicles.squad import Squad
 from uavbridge.clock import to_us
 from uavbridge.vehicle.api import (
     HIGHEST_M,
@@ -59,14 +57,8 @@ _ASKED: Final[dict[type[Command], Flown]] = {
 class DirectFleet(Protocol):
     """What is needed of ``sim_vehicles.fleet.Fleet``."""
 
-    @property
-    def pilot(self) -> Autopilot:
-        """The autopilots, one a row."""
-        ...
-
-    @property
-    def states(self) -> States:
-        """The truth, one a row."""
+    def seat(self, index: int) -> tuple[Squad, int]:
+        """The squad of a vehicle, and its row there."""
         ...
 
 
@@ -79,9 +71,9 @@ class DirectVehicle:
     """
 
     def __init__(self, fleet: DirectFleet, index: int) -> None:
-        self._pilot = fleet.pilot
-        self._states = fleet.states
-        self._index = index
+        squad, self._index = fleet.seat(index)
+        self._pilot = squad.pilot
+        self._states = squad.states
         self._now_us = 0
         self._heartbeat_us = 0
         self._setpoint: SetVelocity | SetPosition | None = None
@@ -106,7 +98,7 @@ class DirectVehicle:
             velocity=states.velocity[i].copy(),
             heading_rad=float(states.yaw[i]),
             mode=_MODES[mode],
-            mode_text=MODES[mode].name,
+            mode_text=pilot.modes[mode].name,
             armed=armed,
             in_air=not pilot.status.landed[i],
             battery=float(states.battery[i]),

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import pytest
 
+from sim_vehicles import px4_parameters
 from sim_vehicles.flavour import PX4
 from sim_vehicles.modes import MODES, Mode
 from sim_vehicles.params import Parameter, Parameters, Type
@@ -60,8 +61,8 @@ def test_parameter_table():
 
 
 def test_defaults_are_within_their_ranges():
-    names = [parameter.name for parameter in PX4.table]
+    names = [parameter.name for parameter in px4_parameters.TABLE]
     assert len(set(names)) == len(names)
-    for parameter in PX4.table:
+    for parameter in px4_parameters.TABLE:
         assert len(parameter.name) <= 16
         assert parameter.low <= parameter.default <= parameter.high

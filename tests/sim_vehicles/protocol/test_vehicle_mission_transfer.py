@@ -255,5 +255,5 @@ def test_any_order_of_messages_leaves_a_whole_mission_or_the_old_one(seed, event
         fleet.receive(0, message.pack(mav))
         fleet.advance(fleet.now_us + int(rng.integers(0, 3_000_000)))
         steps = fleet.pilot.plans[0].steps
-        stored = fleet._endpoints[0].stored.get(0, ())
+        stored = fleet.squads[0].endpoints[0].stored.get(0, ())
         assert len(steps) == len(stored) <= 3

@@ -1,0 +1,34 @@
+"""The vehicles there are: each kind under each make of autopilot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+from sim_vehicles import px4_parameters
+from sim_vehicles.codec import mav
+from sim_vehicles.craft import Craft
+from sim_vehicles.dynamics import MODELS
+from sim_vehicles.flavour import PX4
+from sim_vehicles.modes import MODES
+from sim_vehicles.routines import ROUTINES
+
+PX4_MULTIROTOR: Final = Craft(
+    kind="multirotor",
+    autopilot="px4",
+    mav_type=mav.MAV_TYPE_QUADROTOR,
+    flavour=PX4,
+    models=MODELS,
+    modes=MODES,
+    routines=ROUTINES,
+    parameters=px4_parameters.TABLE,
+)
+
+CRAFTS: Final[Mapping[tuple[str, str], Craft]] = MappingProxyType(
+    {(craft.autopilot, craft.kind): craft for craft in (PX4_MULTIROTOR,)}
+)
+"""By autopilot ("px4", "ardupilot") and kind ("multirotor", "rover", "plane")."""
+
+KINDS: Final = tuple(dict.fromkeys(kind for _, kind in CRAFTS))
+AUTOPILOTS: Final = tuple(dict.fromkeys(autopilot for autopilot, _ in CRAFTS))
