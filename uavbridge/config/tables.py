@@ -187,3 +187,6 @@ class Recording(Table, frozen=True):
 
     mcap: Annotated[bool, Meta(description="mission.mcap with all that happened")] = True
     tlog: Annotated[bool, Meta(description="one MAVLink .tlog a vehicle")] = True
+    foxglove: Annotated[
+        bool, Meta(description="also what Foxglove shows by itself: poses, map, scene, log")
+    ] = True

@@ -20,6 +20,7 @@ from msgspec import UNSET, Struct, UnsetType
 
 from uavbridge.agent.report import AgentReport
 from uavbridge.bus.text import read
+from uavbridge.recording import foxglove
 
 R = TypeVar("R", bound=Struct)
 
@@ -92,14 +93,6 @@ class ScoreRecord(Struct, frozen=True):
     separation: float | UnsetType = UNSET  # closest airborne pair; left out with fewer than two
 
 
-class MapRecord(Struct, frozen=True):
-    """A whole belief map: P of cell (c, r) at index c * rows + r; -1 where never seen."""
-
-    columns: int
-    rows: int
-    probability: list[float]
-
-
 @dataclass(frozen=True, slots=True)
 class Topic:
     """How the messages of one topic, or of all topics under it, are to be read."""
@@ -109,19 +102,26 @@ class Topic:
     struct: type[Struct] | None = None
     schema_text: str = ""  # for encodings of our own
     digested: bool = True
+    package: str = "uavbridge"  # of the schema's name
 
     def schema(self) -> tuple[str, str, bytes]:
         """MCAP schema: name, encoding, data."""
         if self.struct is None:
             encoding = "jsonschema" if self.encoding == "json" else self.encoding
-            return f"uavbridge.{self.name}", encoding, self.schema_text.encode()
+            return f"{self.package}.{self.name}", encoding, self.schema_text.encode()
         document = _flat_schema(self.struct)
-        return f"uavbridge.{self.struct.__name__}", "jsonschema", msgspec.json.encode(document)
+        return f"{self.package}.{self.struct.__name__}", "jsonschema", msgspec.json.encode(document)
 
 
 FRAME_ENCODING = "uavbridge-frame-v1"
 HEARD_ENCODING = "uavbridge-heard-v1"
 TRUTH_ENCODING = "uavbridge-truth-v1"
+
+
+def _seen(name: str, struct: type[Struct]) -> Topic:
+    """One of Foxglove's messages: it follows from other topics, so no part of the digest."""
+    return Topic(name, "json", struct, digested=False, package="foxglove")
+
 
 TOPICS: dict[str, Topic] = {
     topic.name: topic
@@ -141,9 +141,14 @@ TOPICS: dict[str, Topic] = {
         Topic("truth", TRUTH_ENCODING, schema_text="docs/reference/wire_format.md"),
         Topic("event", "json", EventRecord),
         Topic("score", "json", ScoreRecord),
-        Topic("map", "json", MapRecord),
         # The summary holds the digest and the wall time, so it is no part of the digest.
         Topic("summary", "json", schema_text='{"type":"object"}', digested=False),
+        _seen("pose", foxglove.PoseInFrame),
+        _seen("fix", foxglove.LocationFix),
+        _seen("grid", foxglove.Grid),
+        _seen("scene", foxglove.SceneUpdate),
+        _seen("area", foxglove.SceneUpdate),
+        _seen("log", foxglove.Log),
     )
 }
 
@@ -163,7 +168,8 @@ def encode(record: Struct) -> bytes:
 
 def decode(kind: type[R], data: bytes) -> R:
     """A record from JSON. Raises msgspec.DecodeError for anything else."""
-    return read(_decoder(kind), data)
+    record: R = read(_decoder(kind), data)
+    return record
 
 
 @cache
@@ -191,14 +197,24 @@ def unpack_heard(data: bytes) -> npt.NDArray[np.void]:
 
 
 def _flat_schema(kind: type[Struct]) -> dict[str, Any]:
-    """JSON schema with the object at its root and plain types: Foxglove follows nothing else."""
-    (_,), components = msgspec.json.schema_components([kind])
-    schema = dict(components[kind.__name__])
-    schema["properties"] = {name: _plain(field) for name, field in schema["properties"].items()}
+    """JSON schema with everything in its place: Foxglove follows no references."""
+    (root,), components = msgspec.json.schema_components([kind])
+    schema: dict[str, Any] = _inlined(root, components)
     return schema
 
 
-def _plain(field: dict[str, Any]) -> dict[str, Any]:
-    """A field that may be null, as one of its own type."""
-    choices = [choice for choice in field.get("anyOf", []) if choice != {"type": "null"}]
-    return choices[0] if len(choices) == 1 else field
+def _inlined(part: Any, components: dict[str, Any]) -> Any:
+    if isinstance(part, list):
+        return [_inlined(each, components) for each in part]
+    if not isinstance(part, dict):
+        return part
+    if "$ref" in part:
+        return _inlined(components[part["$ref"].rpartition("/")[2]], components)
+    choices = [choice for choice in part.get("anyOf", []) if choice != {"type": "null"}]
+    if len(choices) == 1:  # a field that may be null, as one of its own type
+        return _inlined(choices[0], components)
+    return {
+        name: _inlined(each, components)
+        for name, each in part.items()
+        if not (name == "default" and isinstance(each, dict | list))
+    }

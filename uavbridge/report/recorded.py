@@ -93,7 +93,7 @@ def _take(collected: _Collected, message: Message) -> None:
     elif kind == "event":
         record = decode(EventRecord, data)
         agent = record.agent if isinstance(record.agent, int) else None
-        collected.events.append(Event(to_s(t_us), record.text, agent))
+        collected.events.append(Event(to_s(t_us), record.text, agent, record.kind))
     elif kind == "air":
         collected.frames[int(name)] += 1
         collected.frame_bytes[int(name)] += len(data)

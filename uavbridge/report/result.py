@@ -64,6 +64,7 @@ class Event:
     t_s: float
     text: str
     agent: int | None = None
+    kind: str = "said"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -206,7 +206,7 @@ class AgentHost:
 
     def _event(self, t_us: int, agent: int, kind: str, text: str) -> None:
         _log.info("agent %d: %s", agent, text)  # the view and the summary tell failures
-        self.events.append(Event(to_s(t_us), text, agent))
+        self.events.append(Event(to_s(t_us), text, agent, kind))
         record = encode_record(EventRecord(kind, text, agent))
         self._bus.publish(keys.event(agent), record)
         if self._recorder:

@@ -17,6 +17,7 @@ from uavbridge.errors import ConfigError, UavbridgeError
 from uavbridge.monitor.progress import ProgressView
 from uavbridge.monitor.steady import SteadyConsole
 from uavbridge.monitor.web.pages import Place, beside, check_extra
+from uavbridge.recording.display import Display
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import MissionRecord, ScoreRecord, known
 from uavbridge.report.page import write_report
@@ -90,12 +91,11 @@ def fly(
     stepped = mission.clock == "stepped"
     date = STEPPED_DATE if stepped else wall_date()
     began_s = wall_s()
+    epoch_ns = int(date.timestamp()) * SECOND_US * 1000
     recorder = Recorder(
-        folder,
-        mission_name=mission.name,
-        epoch_ns=int(date.timestamp()) * SECOND_US * 1000,
-        mcap=mission.recording.mcap,
+        folder, mission_name=mission.name, epoch_ns=epoch_ns, mcap=mission.recording.mcap
     )
+    display = _display(mission, recorder, epoch_ns)
     flown_us = 0
     with recorder, interrupts(HOMEWARDS) as stop, _view(mission, console) as view:
         recorder.record("mission", 0, _mission_record(mission))
@@ -105,6 +105,8 @@ def fly(
             flown_us = t_us
             if t_us % SECOND_US == 0:
                 _record_score(recorder, judge)
+                if display:
+                    _show(display, t_us, judge, host)
             view(t_us, judge, host)
 
         if stepped:
@@ -152,6 +154,17 @@ def _record_score(recorder: Recorder, judge: Judge) -> None:
         last.coverage, last.entropy, last.uncertainty, last.found, known(last.separation_m)
     )
     recorder.record("score", last.t_us, record)
+
+
+def _display(mission: Mission, recorder: Recorder, epoch_ns: int) -> Display | None:
+    wanted = mission.recording.mcap and mission.recording.foxglove and recorder.folder is not None
+    return Display(recorder, mission, epoch_ns) if wanted else None
+
+
+def _show(display: Display, t_us: int, judge: Judge, host: AgentHost) -> None:
+    merged = judge.union.probability, judge.union.seen
+    display.second(t_us, judge.reports.values(), merged, judge.declared)
+    display.events(host.events)
 
 
 @contextmanager
