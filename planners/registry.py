@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from planners.planner import Planner, PlannerKind
 from planners.search.boids import BOIDS, BOIDS_GUIDED
 from planners.search.esustpm import ESUSTPM
+from planners.search.mountain.planner import MOUNTAIN
 from planners.search.mower import MOWER
 from planners.search.random_walk import RANDOM
 from planners.search.starling import STARLING
@@ -19,7 +20,8 @@ from planners.types import Scenario
 P = TypeVar("P")
 
 BUILTIN: Mapping[str, PlannerKind] = {
-    kind.name: kind for kind in (ESUSTPM, BOIDS_GUIDED, BOIDS, MOWER, SWEEP, RANDOM, STARLING)
+    kind.name: kind
+    for kind in (ESUSTPM, BOIDS_GUIDED, BOIDS, MOWER, SWEEP, RANDOM, STARLING, MOUNTAIN)
 }
 
 

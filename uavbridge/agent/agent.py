@@ -8,9 +8,10 @@ beacon). No I/O: a runner feeds it and carries its effects out.
 from __future__ import annotations
 
 import logging
+from dataclasses import dataclass, field
 from typing import Any
 
-from planners.types import F64, Goal, Reading, View
+from planners.types import F64, Goal, Reading, Signal, View
 from uavbridge.agent.effects import Decided, Effect, Inputs, Publish, Shine
 from uavbridge.agent.flight import Flight
 from uavbridge.agent.guidance import sound
@@ -29,6 +30,14 @@ BEACON_US = 200_000  # between two separation beacons
 _log = logging.getLogger(__name__)
 
 
+@dataclass(slots=True, eq=False)
+class Sensed:
+    """What the own sensors said since the last decision."""
+
+    readings: list[Reading] = field(default_factory=list)
+    signals: list[Signal] = field(default_factory=list)
+
+
 class Agent:
     """Joins a planner, a belief map and a vehicle."""
 
@@ -39,9 +48,10 @@ class Agent:
         self.hearing = Hearing()
         self.goal: Goal | None = None
         self.tick = 0  # decisions taken
+        self.found: dict[int, int] = {}  # target -> t_us of its being reached
         self._tick_us = to_us(plan.scenario.tick_s)
         self._memory: Any = None
-        self._readings: list[Reading] = []
+        self._sensed = Sensed()
         self._next_decision_us = 0
         self._next_keyframe_us = to_us(plan.keyframe_s)
 
@@ -59,7 +69,11 @@ class Agent:
             self.hearing.beacon(beacon)
         for reading in inputs.readings:
             self.mapping.observe(reading)
-            self._readings.append(reading)
+            self._sensed.readings.append(reading)
+        for signal in inputs.signals:
+            self._sensed.signals.append(signal)
+            if signal.arrived:
+                self.found.setdefault(signal.target, signal.t_us)
         decided: list[Effect] = []
         if self.phase is Phase.SEARCH and inputs.t_us >= self._next_decision_us:
             decided = self._decide(inputs)
@@ -84,7 +98,7 @@ class Agent:
         except Exception as fault:  # noqa: BLE001 - whatever a planner does, its vehicle comes home
             _log.debug("planner of agent %d", plan.agent, exc_info=True)
             self.flight.come_home(f"planner raised {type(fault).__name__}: {fault}", inputs.t_us)
-        self._readings = []
+        self._sensed = Sensed()
         self.tick += 1
         # On the tick's own raster, however late this decision came.
         self._next_decision_us = (inputs.t_us // self._tick_us + 1) * self._tick_us
@@ -93,13 +107,13 @@ class Agent:
     def _view(self, inputs: Inputs) -> View:
         state = inputs.state
         return view_of(
-            self.plan.agent,
+            self.plan,
             self.tick,
             inputs.t_us,
             (state.position, state.velocity, state.heading_rad),
             self.hearing,
             self.mapping,
-            self._readings,
+            self._sensed,
         )
 
     def _tell(self, inputs: Inputs) -> list[Effect]:
@@ -137,37 +151,40 @@ class Agent:
 
 
 def view_of(
-    agent: int,
+    plan: AgentPlan,
     tick: int,
     t_us: int,
     own: tuple[F64, F64, float],
     hearing: Hearing,
     mapping: Mapping,
-    readings: list[Reading],
+    sensed: Sensed,
 ) -> View:
     """What a planner is shown, in flight and when a recording is verified.
 
     Args:
-        agent: whose decision it is.
+        plan: of whose decision it is.
         tick: its number.
         t_us: mission time.
         own: position (3,) ENU m, velocity (3,) m/s, heading in rad.
         hearing: who was heard.
         mapping: the own map.
-        readings: since the last decision.
+        sensed: since the last decision.
     """
     position, velocity, heading_rad = own
+    terrain = plan.terrain
     return View(
         t_us=t_us,
         tick=tick,
-        agent=agent,
+        agent=plan.agent,
         position=position,
         velocity=velocity,
         heading_rad=heading_rad,
         neighbours=hearing.neighbours(t_us),
         belief=mapping.belief.probability,
         seen=mapping.belief.seen,
-        readings=tuple(readings),
+        readings=tuple(sensed.readings),
+        signals=tuple(sensed.signals),
+        terrain=None if terrain is None else terrain.around(position, plan.sensing_m),
     )
 
 

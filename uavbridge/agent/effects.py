@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from planners.types import F64, Goal, Reading
+from planners.types import F64, Goal, Reading, Signal
 from uavbridge.agent.orders import Ack, Order
 from uavbridge.bus.wire import Beacon, Frame
 from uavbridge.vehicle.api import Command, VehicleEvent, VehicleState
@@ -24,6 +24,7 @@ class Inputs:
     frames: tuple[Frame, ...] = ()  # heard over the radio, by (sender, tick)
     beacons: tuple[Beacon, ...] = ()  # heard on the separation beacon, by sender
     readings: tuple[Reading, ...] = ()
+    signals: tuple[Signal, ...] = ()
     orders: tuple[Order, ...] = ()
     late_s: float = 0.0  # how much later than ``t_us`` this step is really made
 
@@ -68,7 +69,7 @@ class Answer:
 class Decided:
     """The planner decided: what it had of the own state, what it wants, what it remembers.
 
-    With the frames and readings that reached the agent before, enough to decide again.
+    With the frames, readings and signals that reached the agent before, enough to decide again.
     """
 
     tick: int

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from planners.belief.merge import MergeRule, SensorModel
 from planners.planner import Planner
+from planners.terrain import Terrain
 from planners.types import F64, Scenario
 from uavbridge.safety.envelope import Envelope
 from uavbridge.safety.filter import Vector
@@ -26,6 +27,8 @@ class AgentPlan:
     start: Vector  # where its search begins, ENU m
     return_height_m: float
     duration_s: float  # mission time at which it returns by itself
+    terrain: Terrain | None = None  # None: level ground
+    sensing_m: float = 100.0  # how far around its vehicle the planner knows the terrain
     keyframe_s: float = 10.0
     endpoint: str = "simulated"  # where its vehicle is, for messages
     ready_timeout_s: float = 60.0  # to be heard, and then to be ready and armed

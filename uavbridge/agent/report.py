@@ -25,6 +25,7 @@ class AgentReport(Struct, frozen=True):
     note: str  # the planner's state in its own words
     distance_m: float
     declared: list[tuple[int, int, int]]  # column, row, t_us of each target declared
+    found: list[tuple[int, int]] = []  # target, t_us of each target reached by its signal
     frames_sent: int = 0
     frames_heard: int = 0
     bytes_sent: int = 0

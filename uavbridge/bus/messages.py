@@ -1,4 +1,4 @@
-"""Wire format v1 of what is not radio traffic: whole maps, readings, the truth.
+"""Wire format v1 of what is not radio traffic: whole maps, readings, signals, the truth.
 
 Same header and same manners as ``uavbridge.bus.wire``: malformed decodes to
 None, counted. Described in docs/reference/wire_format.md.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from math import isfinite
 from struct import Struct, error
 
 import numpy as np
@@ -31,6 +32,7 @@ NEVER = -1  # stamp of a cell that nobody saw
 _FULL_MAP = Struct("<2sBBIqII3d")
 _READINGS = Struct("<2sBBIq")
 _READING = Struct("<HHB")
+_SIGNAL = Struct("<HfB")
 _TRUTH = Struct("<2sBBIq")
 
 
@@ -63,6 +65,14 @@ class Readings:
 
     t_us: int
     looks: tuple[tuple[int, int, bool], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """What a receiver heard at one time: (target, strength, arrived) of each target."""
+
+    t_us: int
+    heard: tuple[tuple[int, float, bool], ...]  # strengths are float32 on the wire
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,6 +124,20 @@ def encode_readings(readings: Readings) -> bytes:
 def decode_readings(data: bytes, rejects: Counter[str] | None = None) -> Readings | None:
     """The readings in ``data``; None, and its reason counted, when malformed."""
     return accepted(_readings, data, rejects)
+
+
+def encode_signals(signals: Signals) -> bytes:
+    """The bytes of target signals. Raises ValueError when a number does not fit its field."""
+    head = _packed(_READINGS, Kind.SIGNALS, len(signals.heard), signals.t_us)
+    try:
+        return head + b"".join(_SIGNAL.pack(*one) for one in signals.heard)
+    except (error, OverflowError) as fault:
+        raise ValueError(f"signal: {fault}") from None
+
+
+def decode_signals(data: bytes, rejects: Counter[str] | None = None) -> Signals | None:
+    """The signals in ``data``; None, and its reason counted, when malformed."""
+    return accepted(_signals, data, rejects)
 
 
 def encode_truth(truth: Truth) -> bytes:
@@ -173,6 +197,17 @@ def _readings(data: bytes) -> Readings:
     if any(detected > 1 for _, _, detected in looks):
         raise MalformedError("value")
     return Readings(t_us, tuple((c, r, bool(detected)) for c, r, detected in looks))
+
+
+def _signals(data: bytes) -> Signals:
+    check_head(data, _READINGS.size, (Kind.SIGNALS,))
+    _, _, _, count, t_us = _READINGS.unpack_from(data)
+    check_length(data, _READINGS.size + count * _SIGNAL.size)
+    check_time(t_us)
+    heard = tuple(_SIGNAL.iter_unpack(data[_READINGS.size :]))
+    if any(arrived > 1 or not isfinite(strength) for _, strength, arrived in heard):
+        raise MalformedError("value")
+    return Signals(t_us, tuple((t, strength, bool(arrived)) for t, strength, arrived in heard))
 
 
 def _truth(data: bytes) -> Truth:

@@ -41,6 +41,7 @@ class Kind(IntEnum):
     FULL_MAP = 4
     READINGS = 5
     TRUTH = 6
+    SIGNALS = 7
 
 
 DELTA, KEYFRAME = Kind.DELTA, Kind.KEYFRAME
@@ -125,6 +126,11 @@ def sender_and_tick(data: bytes) -> tuple[int, int]:
     """Sender and tick of a frame that is known to be sound."""
     sender, tick = _SENDER_AND_TICK.unpack_from(data, 4)
     return sender, tick
+
+
+def kind_of(data: bytes) -> int:
+    """Fourth byte of a message, sound or not; 0 of one too short."""
+    return data[3] if len(data) > 3 else 0
 
 
 def encode_beacon(beacon: Beacon) -> bytes:

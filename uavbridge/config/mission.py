@@ -78,7 +78,12 @@ class Mission(Table, frozen=True):
         float, Meta(ge=0.05, le=60.0, description="time between two decisions of an agent, s")
     ] = 1.0
     coverage_goal: Annotated[
-        float, Meta(ge=0.0, le=1.0, description="share of cells to be seen before all return")
+        float,
+        Meta(
+            ge=0.0,
+            le=1.0,
+            description="share of cells to be seen before all return; not with [signals]",
+        ),
     ] = 0.9
     parameters: Annotated[
         dict[str, Any], Meta(description="of the planner, as `uavbridge planners` lists them")

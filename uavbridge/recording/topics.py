@@ -59,6 +59,15 @@ class ReadingRecord(Struct, frozen=True):
     taken_us: int = 0  # mission time of the look; the message's time is when the agent had it
 
 
+class SignalRecord(Struct, frozen=True):
+    """What one receiver heard of one target."""
+
+    target: int
+    strength: float
+    arrived: bool
+    taken_us: int  # mission time of the signal; the message's time is when the agent had it
+
+
 class DecisionRecord(Struct, frozen=True, omit_defaults=True):
     """One decision of a planner: its own state, its goal, and its memory afterwards."""
 
@@ -135,6 +144,7 @@ TOPICS: dict[str, Topic] = {
             + ", ".join(f"{code} {name}" for code, name in enumerate(OUTCOMES)),
         ),
         Topic("obs", "json", ReadingRecord),
+        Topic("signal", "json", SignalRecord),
         Topic("setpoint", "json", SetpointRecord),
         Topic("state", "json", AgentReport),
         Topic("decision", "json", DecisionRecord),

@@ -19,8 +19,8 @@ import numpy as np
 
 from planners.memory import loads
 from planners.planner import PlannerKind
-from planners.types import Reading
-from uavbridge.agent.agent import view_of
+from planners.types import Reading, Signal
+from uavbridge.agent.agent import Sensed, view_of
 from uavbridge.agent.effects import Decided
 from uavbridge.agent.hearing import Hearing
 from uavbridge.agent.mapping import Mapping
@@ -35,6 +35,7 @@ from uavbridge.recording.topics import (
     DecisionRecord,
     MissionRecord,
     ReadingRecord,
+    SignalRecord,
     unpack_heard,
 )
 from uavbridge.rng import stream
@@ -63,7 +64,7 @@ class _Mind:
     plan: AgentPlan
     mapping: Mapping
     hearing: Hearing = field(default_factory=Hearing)
-    readings: list[Reading] = field(default_factory=list)
+    sensed: Sensed = field(default_factory=Sensed)
     memory: str = ""  # after the decision before, as recorded
 
 
@@ -126,7 +127,11 @@ def _take(
         reading = Reading(record.taken_us, (record.column, record.row), record.detected)
         mind = minds[int(name)]
         mind.mapping.observe(reading)
-        mind.readings.append(reading)
+        mind.sensed.readings.append(reading)
+    elif space == "signal":
+        heard = msgspec.json.decode(message.data, type=SignalRecord)
+        signal = Signal(heard.taken_us, heard.target, heard.strength, heard.arrived)
+        minds[int(name)].sensed.signals.append(signal)
     elif space == "decision":
         decision = msgspec.json.decode(message.data, type=DecisionRecord)
         return _decide(minds[int(name)], message.t_us, decision, message.t_us >= from_us)
@@ -149,9 +154,7 @@ def _decide(mind: _Mind, t_us: int, recorded: DecisionRecord, compare: bool) -> 
     position, velocity = np.array(recorded.position), np.array(recorded.velocity)
     own = (position, velocity, recorded.heading)
     if compare:
-        view = view_of(
-            plan.agent, recorded.tick, t_us, own, mind.hearing, mind.mapping, mind.readings
-        )
+        view = view_of(plan, recorded.tick, t_us, own, mind.hearing, mind.mapping, mind.sensed)
         rng = stream(plan.seed, "planner", plan.agent, recorded.tick)
         goal, memory = plan.planner.plan(view, _memory(mind, view, recorded), rng)
         again = decision_record(
@@ -163,7 +166,7 @@ def _decide(mind: _Mind, t_us: int, recorded: DecisionRecord, compare: bool) -> 
                 f"agent {plan.agent}, decision {recorded.tick} at {to_s(t_us):.1f} s: {name} "
                 f"recorded {getattr(recorded, name)!r}, decided {getattr(again, name)!r}"
             )
-    mind.readings.clear()
+    mind.sensed = Sensed()
     mind.memory = recorded.memory
     return int(compare)
 

@@ -9,10 +9,13 @@ import numpy as np
 from planners.belief.merge import MERGE_RULES, SensorModel
 from planners.planner import Planner, PlannerKind
 from planners.registry import bind
+from planners.search.mountain import signal
+from planners.types import F64
 from sim_vehicles.dynamics.wind import WindSpec
 from sim_vehicles.fleet import Fleet, VehicleSpec
 from sim_vehicles.geodesy import Geodetic
 from sim_vehicles.world.payload import CellSensor, CellSensorSpec
+from sim_vehicles.world.signals import ReceiverSpec, SignalReceiver
 from uavbridge import plugins
 from uavbridge.agent.plan import AgentPlan, return_heights
 from uavbridge.bus.tiles import Tiling
@@ -104,6 +107,8 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             start=(float(start[0]), float(start[1]), float(start[2])),
             return_height_m=height,
             duration_s=mission.duration,
+            terrain=mission.terrain(),
+            sensing_m=100.0 if mission.ground is None else mission.ground.sensing_m,
             keyframe_s=mission.radio.keyframe_s,
             endpoint=mission.endpoint(agent) or "simulated",
             ready_timeout_s=patience(mission, 60.0),
@@ -143,9 +148,29 @@ def sensor_of(mission: Mission, agents: tuple[int, ...]) -> CellSensor:
         period_s=mission.sensor.period_s,
         height_min_m=mission.safety.altitude_min_m / 2,
     )
-    targets = np.array([target.position for target in mission.targets]).reshape(-1, 2)
     generators = [stream(mission.seed, "sensor", agent) for agent in agents]
-    return CellSensor(mission.grid, targets, spec, generators)
+    return CellSensor(mission.grid, _targets(mission), spec, generators)
+
+
+def receiver_of(mission: Mission, agents: tuple[int, ...]) -> SignalReceiver | None:
+    """The signal receivers of some agents; None without ``[signals]``."""
+    given = mission.signals
+    if given is None:
+        return None
+
+    def strength(distance: F64, noise: F64) -> F64:
+        scaled = noise * given.noise
+        return signal(distance, scaled, given.attenuation, given.power, given.range_m)
+
+    spec = ReceiverSpec(
+        strength, given.range_m, given.arrival_m, given.period_s, given.silent_when_found
+    )
+    generators = [stream(mission.seed, "signal", agent) for agent in agents]
+    return SignalReceiver(_targets(mission), mission.terrain(), spec, generators)
+
+
+def _targets(mission: Mission) -> F64:
+    return np.array([target.position for target in mission.targets]).reshape(-1, 2)
 
 
 def radio_tiling(mission: Mission) -> Tiling:

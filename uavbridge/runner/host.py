@@ -11,7 +11,7 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from planners.types import Reading
+from planners.types import Reading, Signal
 from uavbridge.agent.agent import Agent
 from uavbridge.agent.effects import Answer, Decided, Do, Effect, Inputs, Publish, Shine
 from uavbridge.agent.orders import Order, encode_ack
@@ -22,8 +22,8 @@ from uavbridge.agent.report import AgentReport, encode
 from uavbridge.bus import keys
 from uavbridge.bus.air import Air, SafetyBeacons
 from uavbridge.bus.api import Bus, Mailbox
-from uavbridge.bus.messages import FullMap, decode_readings, encode_map
-from uavbridge.bus.wire import Vector, sender_and_tick
+from uavbridge.bus.messages import FullMap, decode_readings, decode_signals, encode_map
+from uavbridge.bus.wire import Kind, Vector, kind_of, sender_and_tick
 from uavbridge.bus.wire import encode as encode_frame
 from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.recording.decisions import decision_record
@@ -32,6 +32,7 @@ from uavbridge.recording.topics import (
     EventRecord,
     ReadingRecord,
     SetpointRecord,
+    SignalRecord,
     pack_heard,
 )
 from uavbridge.recording.topics import encode as encode_record
@@ -142,13 +143,15 @@ class AgentHost:
         to_all = _orders([sample.data for sample in self._everybody.drain()], self.rejects)
         for seat, state, happened in zip(self.seats, states, events, strict=True):
             agent = seat.agent.plan.agent
+            readings, signals = self._sensed(seat, t_us)
             inputs = Inputs(
                 t_us=t_us,
                 state=state,
                 events=happened,
                 frames=tuple(frames.get(agent, ())),
                 beacons=tuple(beacons.get(agent, ())),
-                readings=self._readings(seat, t_us),
+                readings=readings,
+                signals=signals,
                 orders=to_all + _orders([sample.data for sample in seat.cmd.drain()], self.rejects),
                 late_s=late_s,
             )
@@ -165,18 +168,32 @@ class AgentHost:
         for seat in self.seats:
             seat.vehicle.close()
 
-    def _readings(self, seat: Seat, t_us: int) -> tuple[Reading, ...]:
+    def _sensed(self, seat: Seat, t_us: int) -> tuple[tuple[Reading, ...], tuple[Signal, ...]]:
         readings: list[Reading] = []
+        signals: list[Signal] = []
         for sample in seat.obs.drain():
-            message = decode_readings(sample.data, self.rejects)
-            if message is not None:
-                readings += [Reading(message.t_us, (c, r), seen) for c, r, seen in message.looks]
-        if self._recorder:
-            for reading in readings:
-                column, row = reading.cell
-                record = ReadingRecord(column, row, reading.detected, reading.t_us)
-                self._recorder.record(f"obs/{seat.agent.plan.agent}", t_us, record)
-        return tuple(readings)
+            if kind_of(sample.data) == Kind.SIGNALS:
+                heard = decode_signals(sample.data, self.rejects)
+                if heard is not None:
+                    signals += [Signal(heard.t_us, *one) for one in heard.heard]
+            else:
+                seen = decode_readings(sample.data, self.rejects)
+                if seen is not None:
+                    readings += [Reading(seen.t_us, (c, r), yes) for c, r, yes in seen.looks]
+        if self._recorder and (readings or signals):
+            self._record_sensed(seat.agent.plan.agent, t_us, readings, signals)
+        return tuple(readings), tuple(signals)
+
+    def _record_sensed(
+        self, agent: int, t_us: int, readings: list[Reading], signals: list[Signal]
+    ) -> None:
+        assert self._recorder
+        for reading in readings:
+            look = ReadingRecord(*reading.cell, reading.detected, reading.t_us)
+            self._recorder.record(f"obs/{agent}", t_us, look)
+        for one in signals:
+            signal = SignalRecord(one.target, one.strength, one.arrived, one.t_us)
+            self._recorder.record(f"signal/{agent}", t_us, signal)
 
     def _carry_out(self, seat: Seat, effect: Effect, t_us: int) -> None:
         agent = seat.agent.plan.agent
@@ -255,6 +272,7 @@ class AgentHost:
             note=agent.goal.note if agent.goal else "",
             distance_m=agent.flight.distance_m,
             declared=[(cell // rows, cell % rows, at) for cell, at in sorted(declared.items())],
+            found=sorted(agent.found.items()),
             frames_sent=radio.frames_sent,
             frames_heard=radio.frames_heard,
             bytes_sent=radio.bytes_sent,

@@ -96,6 +96,7 @@ class Judge:
         self.verdict = Verdict.FLYING
         self.reports: dict[int, AgentReport] = {}
         self.declared: dict[tuple[int, int], Found] = {}
+        self.reached: dict[int, Found] = {}  # by target, where targets give signals
         self.samples: list[Sample] = []
         self.tracks: dict[int, list[tuple[float, float, float]]] = {}
         self.separation = SeparationWatch()
@@ -122,7 +123,9 @@ class Judge:
 
     @property
     def found(self) -> int:
-        """True targets declared by some agent."""
+        """True targets declared by some agent; reached, where targets give signals."""
+        if self.mission.signals is not None:
+            return len(self.reached)
         return sum(cell in self._targets for cell in self.declared)
 
     @property
@@ -132,7 +135,9 @@ class Judge:
 
     @property
     def goal_reached(self) -> bool:
-        """Every target declared and enough of the area seen."""
+        """Every target found, and enough of the area seen, where cells are looked at."""
+        if self.mission.signals is not None:
+            return self.found == len(self.mission.targets)
         enough = self.seen_share >= self.mission.coverage_goal
         return enough and self.found == len(self._targets)
 
@@ -270,6 +275,18 @@ class Judge:
             known = self.declared.get((column, row))
             if known is None or (t_us, report.agent) < (known.t_us, known.by):
                 self.declared[column, row] = Found((column, row), t_us, report.agent)
+
+        for target, t_us in report.found:
+            self._reached(target, t_us, report.agent)
+
+    def _reached(self, target: int, t_us: int, agent: int) -> None:
+        if not 0 <= target < len(self.mission.targets):
+            self.rejects["target"] += 1
+            return
+        known = self.reached.get(target)
+        if known is None or (t_us, agent) < (known.t_us, known.by):
+            column, row = self._grid.cell_of(self.mission.targets[target].position).tolist()
+            self.reached[target] = Found((column, row), t_us, agent)
 
     def _gone(self, agent: int, t_us: int) -> bool:
         report = self.reports.get(agent)

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from uavbridge.clock import to_s
-from uavbridge.config import Mission, to_toml
+from uavbridge.config import to_toml
 from uavbridge.report.result import AgentResult, Event, MissionResult, Series, TargetResult
-from uavbridge.runner.judge import Judge
+from uavbridge.runner.judge import Found, Judge
 
 PACKAGES = ("uavbridge", "numpy", "pymavlink", "eclipse-zenoh", "mcap")
 
@@ -39,17 +39,15 @@ def result_of(
     """Everything a report needs."""
     mission = judge.mission
     samples = judge.samples
-    targets = []
-    for target, cell in _targets(mission):
-        found = judge.declared.get(cell)
-        targets.append(
-            TargetResult(
-                cell,
-                None if found is None else to_s(found.t_us),
-                None if found is None else found.by,
-                target,
-            )
+    targets = [
+        TargetResult(
+            cell,
+            None if found is None else to_s(found.t_us),
+            None if found is None else found.by,
+            target,
         )
+        for target, cell, found in _targets(judge)
+    ]
     cells = {target.cell for target in targets}
     last = judge.latest()
     return MissionResult(
@@ -90,13 +88,20 @@ def result_of(
     )
 
 
-def _targets(mission: Mission) -> list[tuple[tuple[float, float], tuple[int, int]]]:
-    """Position and cell of each target, one a cell."""
+def _targets(judge: Judge) -> list[tuple[tuple[float, float], tuple[int, int], Found | None]]:
+    """Position and cell of each target, and who found it; one a cell, where cells are looked at."""
+    mission = judge.mission
+    places = [target.position for target in mission.targets]
+    cells = [tuple(mission.grid.cell_of(place).tolist()) for place in places]
+    if mission.signals is not None:
+        return [
+            (place, cell, judge.reached.get(number))
+            for number, (place, cell) in enumerate(zip(places, cells, strict=True))
+        ]
     by_cell: dict[tuple[int, int], tuple[float, float]] = {}
-    for target in mission.targets:
-        column, row = mission.grid.cell_of(target.position).tolist()
-        by_cell.setdefault((column, row), target.position)
-    return [(position, cell) for cell, position in by_cell.items()]
+    for place, cell in zip(places, cells, strict=True):
+        by_cell.setdefault(cell, place)
+    return [(place, cell, judge.declared.get(cell)) for cell, place in by_cell.items()]
 
 
 def _agents(judge: Judge) -> tuple[AgentResult, ...]:

@@ -35,7 +35,7 @@ from uavbridge.config import Mission
 from uavbridge.errors import UavbridgeError
 from uavbridge.runner import assemble
 from uavbridge.runner.control import CONTROL_US, LOOPBACK
-from uavbridge.runner.world import SimulatedWorld
+from uavbridge.runner.world import SimulatedWorld, world_of
 
 START_IN_S = 0.1  # from the word to mission start
 READY = "ready"
@@ -185,7 +185,7 @@ def _serve_parent(told: BinaryIO) -> None:
     agents = tuple(sorted(setup.ports))
     fleet = assemble.fleet_of(setup.mission, agents)
     with ZenohBus(setup.router, setup.mission.name) as bus:
-        world = SimulatedWorld(fleet, agents, assemble.sensor_of(setup.mission, agents), bus)
+        world = world_of(setup.mission, fleet, agents, bus)
         _answer(READY)
         epoch = told.readline()
         if epoch:

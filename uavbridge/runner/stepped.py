@@ -19,7 +19,7 @@ from uavbridge.recording.recorder import Recorder
 from uavbridge.runner import assemble
 from uavbridge.runner.control import CONTROL_US, Flown, Progress, build_host, logged
 from uavbridge.runner.judge import Judge
-from uavbridge.runner.world import SimulatedWorld
+from uavbridge.runner.world import world_of
 from uavbridge.vehicle.mavlink import MavlinkVehicle
 
 
@@ -56,7 +56,7 @@ def fly_stepped(
         for agent, (near, _) in zip(agents, links, strict=True)
     }
     far_ends = [far for _, far in links]
-    world = SimulatedWorld(fleet, agents, sensor or assemble.sensor_of(mission, agents), hub.bus())
+    world = world_of(mission, fleet, agents, hub.bus(), sensor)
     host = build_host(mission, plans, vehicles, hub.bus(), recorder)
     judge = judge_of(mission, hub.bus(), recorder)
     t_us = 0

@@ -8,11 +8,22 @@ from __future__ import annotations
 
 from collections import defaultdict
 
+from planners.types import F64
 from sim_vehicles.fleet import Fleet
 from sim_vehicles.world.payload import Sensor
+from sim_vehicles.world.signals import SignalReceiver
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
-from uavbridge.bus.messages import Readings, Truth, encode_readings, encode_truth
+from uavbridge.bus.messages import (
+    Readings,
+    Signals,
+    Truth,
+    encode_readings,
+    encode_signals,
+    encode_truth,
+)
+from uavbridge.config import Mission
+from uavbridge.runner import assemble
 
 
 class SimulatedWorld:
@@ -23,21 +34,67 @@ class SimulatedWorld:
         agents: the agent of each vehicle, ascending.
         sensor: what looks at the ground from them.
         bus: where readings and true positions go.
+        receiver: what hears the targets from them; None: nothing.
     """
 
-    def __init__(self, fleet: Fleet, agents: tuple[int, ...], sensor: Sensor, bus: Bus) -> None:
+    def __init__(
+        self,
+        fleet: Fleet,
+        agents: tuple[int, ...],
+        sensor: Sensor | None,
+        bus: Bus,
+        receiver: SignalReceiver | None = None,
+    ) -> None:
         self._fleet = fleet
         self._agents = agents
         self._sensor = sensor
         self._bus = bus
+        self._receiver = receiver
 
     def step(self, t_us: int) -> None:
         """Publish what is true and what is seen at ``t_us``."""
         position = self._fleet.states.position
+        if self._sensor is not None:
+            self._look(self._sensor, t_us, position)
+        if self._receiver is not None:
+            self._listen(self._receiver, t_us, position)
+        # Last: who waits for the true positions of a time has what was sensed then, too.
         self._bus.publish(keys.TRUTH, encode_truth(Truth(t_us, self._agents, position)))
+
+    def _look(self, sensor: Sensor, t_us: int, position: F64) -> None:
         looks: defaultdict[int, list[tuple[int, int, bool]]] = defaultdict(list)
-        for sighting in self._sensor.look(t_us, position):
+        for sighting in sensor.look(t_us, position):
             looks[sighting.vehicle].append((*sighting.cell, sighting.detected))
         for vehicle, seen in looks.items():
             data = encode_readings(Readings(t_us, tuple(seen)))
             self._bus.publish(keys.obs(self._agents[vehicle]), data)
+
+    def _listen(self, receiver: SignalReceiver, t_us: int, position: F64) -> None:
+        heard: defaultdict[int, list[tuple[int, float, bool]]] = defaultdict(list)
+        for one in receiver.listen(t_us, position):
+            heard[one.vehicle].append((one.target, one.strength, one.arrived))
+        for vehicle, signals in heard.items():
+            data = encode_signals(Signals(t_us, tuple(signals)))
+            self._bus.publish(keys.obs(self._agents[vehicle]), data)
+
+
+def world_of(
+    mission: Mission,
+    fleet: Fleet,
+    agents: tuple[int, ...],
+    bus: Bus,
+    sensor: Sensor | None = None,
+) -> SimulatedWorld:
+    """The world of a mission: its targets are looked at, or heard where there is ``[signals]``.
+
+    Args:
+        mission: with targets.
+        fleet: the vehicles.
+        agents: the agent of each, ascending.
+        bus: where all of it goes.
+        sensor: looks at the ground; None: the mission's.
+    """
+    receiver = assemble.receiver_of(mission, agents)
+    if sensor is None and receiver is None:
+        sensor = assemble.sensor_of(mission, agents)
+    return SimulatedWorld(fleet, agents, sensor, bus, receiver)

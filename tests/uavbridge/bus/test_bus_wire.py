@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from uavbridge.bus import messages, wire
-from uavbridge.bus.messages import FullMap, Readings, Truth
+from uavbridge.bus.messages import FullMap, Readings, Signals, Truth
 from uavbridge.bus.wire import DELTA, KEYFRAME, Beacon, Frame
 
 float32s = st.floats(-1e4, 1e4, width=32)
@@ -36,6 +36,12 @@ readings = st.builds(
     Readings,
     t_us=times,
     looks=st.lists(st.tuples(cells16, cells16, st.booleans()), max_size=9).map(tuple),
+)
+
+signals = st.builds(
+    Signals,
+    t_us=times,
+    heard=st.lists(st.tuples(cells16, float32s, st.booleans()), max_size=9).map(tuple),
 )
 
 
@@ -69,6 +75,7 @@ DECODERS: list[Decoder] = [
     wire.decode_beacon,
     messages.decode_map,
     messages.decode_readings,
+    messages.decode_signals,
     messages.decode_truth,
 ]
 encoded = st.one_of(
@@ -76,6 +83,7 @@ encoded = st.one_of(
     beacons.map(wire.encode_beacon),
     maps().map(messages.encode_map),
     readings.map(messages.encode_readings),
+    signals.map(messages.encode_signals),
     truths().map(messages.encode_truth),
 )
 
@@ -93,6 +101,11 @@ def test_a_beacon_survives(beacon: Beacon) -> None:
 @given(readings)
 def test_readings_survive(looks: Readings) -> None:
     assert messages.decode_readings(messages.encode_readings(looks)) == looks
+
+
+@given(signals)
+def test_signals_survive(heard: Signals) -> None:
+    assert messages.decode_signals(messages.encode_signals(heard)) == heard
 
 
 @given(maps())
