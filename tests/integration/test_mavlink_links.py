@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import socket
 from collections.abc import Callable, Iterator
 
 import pytest
 
 from sim_vehicles.codec import Encoder
+from tests.integration.simulator import free_port
 from uavbridge.clock import wall_s
 from uavbridge.errors import LinkError
+from uavbridge.mavlink.hub import Hub
 from uavbridge.mavlink.link import Link
 from uavbridge.mavlink.tcp import TcpLink
-from uavbridge.mavlink.udp import UdpHub, UdpLink
-from uavbridge.mavlink.urls import open_link
+from uavbridge.mavlink.udp import UdpGate, UdpLink
+from uavbridge.mavlink.urls import open_hub, open_link, parse_url
 
 pytestmark = pytest.mark.integration
 LOCALHOST = "127.0.0.1"
@@ -120,7 +123,7 @@ def test_a_port_in_use_is_named() -> None:
     with pytest.raises(LinkError, match=f"UDP port {link.port} on {LOCALHOST} is in use"):
         open_link(f"udpin:{LOCALHOST}:{link.port}")
     with pytest.raises(LinkError, match=f"UDP port {link.port} on {LOCALHOST} is in use"):
-        UdpHub(LOCALHOST, link.port)
+        Hub(UdpGate(LOCALHOST, link.port), "here")
     link.close()
 
 
@@ -130,7 +133,7 @@ def test_an_address_that_is_none_is_named() -> None:
 
 
 def test_a_hub_sorts_by_system(speaker: socket.socket) -> None:
-    hub = UdpHub(LOCALHOST, 0)
+    hub = Hub(UdpGate(LOCALHOST, 0), "here")
     one, two = hub.channel(1), hub.channel(2)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.settimeout(5.0)
@@ -203,3 +206,58 @@ def test_tcp_connects_again_by_itself() -> None:
         until(lambda: link.receive() == [] and link.trouble != "")
     link.close()
     assert link.receive() == []
+
+
+def test_a_tcp_server_tells_its_clients_apart() -> None:
+    hub = open_hub(parse_url(f"tcpin:{LOCALHOST}:0"))
+    one, two = hub.channel(1), hub.channel(2)
+    there = (LOCALHOST, hub.port)
+    with socket.create_connection(there) as first, socket.create_connection(there) as second:
+        first.sendall(frame(1, 1)[:5])
+        second.sendall(frame(2, 2) + frame(2, 3))
+        assert gather(two, 2) == [frame(2, 2), frame(2, 3)]
+        first.sendall(frame(1, 1)[5:])
+        assert gather(one, 1) == [frame(1, 1)]
+        one.send(b"for one")
+        two.send(b"for two")
+        assert first.recv(100) == b"for one"
+        assert second.recv(100) == b"for two"
+        second.sendall(frame(1, 4))
+        assert gather(one, 1) == [frame(1, 4)]
+        first.sendall(frame(1, 5))
+        assert gather(one, 1) == [frame(1, 5)]
+        assert hub.peers[1].rivals == {first.getsockname(), second.getsockname()}
+    hub.close()
+
+
+def test_multicast_hears_the_group_but_not_itself() -> None:
+    group = f"mcast:239.255.145.51:{free_port()}"
+    try:
+        here, there = open_hub(parse_url(group)), open_hub(parse_url(group))
+    except LinkError as error:
+        pytest.skip(str(error))
+    one, own = there.channel(1), here.channel(1)
+    own.send(frame(1, 1))
+    assert gather(one, 1) == [frame(1, 1)]
+    assert own.receive() == []
+    here.close()
+    there.close()
+
+
+def test_a_serial_device_is_read_and_written() -> None:
+    far, near = os.openpty()
+    device = os.ttyname(near)
+    hub = open_hub(parse_url(f"serial:{device}:57600"))
+    one = hub.channel(1)
+    os.write(far, b"boot noise" + frame(1, 1) + frame(1, 2)[:4])
+    assert gather(one, 1) == [frame(1, 1)]
+    os.write(far, frame(1, 2)[4:])
+    assert gather(one, 1) == [frame(1, 2)]
+    one.send(frame(245, 3))
+    assert os.read(far, 100) == frame(245, 3)
+    os.close(far)
+    os.close(near)
+    until(lambda: one.receive() == [] and device in hub.trouble)
+    hub.close()
+    with pytest.raises(LinkError, match="serial /dev/no-such-device"):
+        open_link("/dev/no-such-device,57600")

@@ -13,7 +13,8 @@ import pytest
 
 from sim_vehicles.geodesy import Geodetic
 from uavbridge.clock import PacedClock
-from uavbridge.mavlink.udp import UdpHub, UdpLink
+from uavbridge.mavlink.hub import Hub
+from uavbridge.mavlink.udp import UdpGate, UdpLink
 from uavbridge.mavlink.urls import open_link
 from uavbridge.vehicle.api import (
     Arm,
@@ -113,7 +114,7 @@ def test_a_flight_over_udp() -> None:
 
 
 def test_three_vehicles_on_one_port() -> None:
-    hub = UdpHub(LOCALHOST, 0)
+    hub = Hub(UdpGate(LOCALHOST, 0), "here")
     vehicles = [MavlinkVehicle(hub.channel(system), system, origin=HOME) for system in (1, 2, 3)]
     with simulator("--count", "3", "--ports", "shared", "--port", str(hub.port)):
         bridge = Bridge(*vehicles)

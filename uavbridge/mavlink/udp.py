@@ -1,4 +1,4 @@
-"""UDP links: one socket for one vehicle, or one socket shared by several."""
+"""UDP: a link to one vehicle, and a gate that several share."""
 
 from __future__ import annotations
 
@@ -6,54 +6,15 @@ import errno
 import logging
 import socket
 from collections.abc import Iterator
-from typing import TypeAlias
 
-from sim_vehicles.codec import Counts, decode
 from uavbridge.errors import LinkError
-from uavbridge.mavlink.frames import by_system
+from uavbridge.mavlink.peer import Address, Peer
 
 logger = logging.getLogger(__name__)
-
-Address: TypeAlias = tuple[str, int]
 
 _RECEIVE_BUFFER = 4 << 20  # a busy second of fifty vehicles; the kernel may give less
 _LARGEST_DATAGRAM = 65535
 _MOST_PER_CALL = 2000  # one flooding sender must not stop the rest
-
-
-class Peer:
-    """Where one system is heard from: the newest address wins, as after a restart.
-
-    Only a good frame counts, so that garbage from anywhere cannot draw our answers to itself.
-
-    Args:
-        system: whose frames count; None: any.
-    """
-
-    __slots__ = ("_former", "_system", "address", "rivals")
-
-    def __init__(self, system: int | None = None) -> None:
-        self._system = system
-        self.address: Address | None = None
-        self._former: set[Address] = set()
-        self.rivals: frozenset[Address] = frozenset()
-        """Addresses that speak in turns: two vehicles use one system id."""
-
-    def heard(self, address: Address, data: bytes) -> None:
-        """A datagram came from an address."""
-        if address == self.address or not self._is_theirs(data):
-            return
-        if self.address is not None:
-            self._former.add(self.address)
-            if address in self._former:
-                self.rivals |= {address, self.address}
-        self.address = address
-
-    def _is_theirs(self, data: bytes) -> bool:
-        return any(
-            self._system is None or packet.system == self._system
-            for packet in decode(data, Counts())
-        )
 
 
 def _open(host: str, port: int, *, bind: bool) -> socket.socket:
@@ -74,7 +35,8 @@ def _open(host: str, port: int, *, bind: bool) -> socket.socket:
     return opened
 
 
-def _drain(opened: socket.socket) -> Iterator[tuple[bytes, Address]]:
+def drain(opened: socket.socket) -> Iterator[tuple[bytes, Address]]:
+    """Datagrams that arrived at a non-blocking socket, with their senders, oldest first."""
     for _ in range(_MOST_PER_CALL):
         try:
             yield opened.recvfrom(_LARGEST_DATAGRAM)
@@ -129,7 +91,7 @@ class UdpLink:
 
     def receive(self) -> list[bytes]:
         datagrams = []
-        for data, address in _drain(self._socket):
+        for data, address in drain(self._socket):
             self.peer.heard(address, data)
             datagrams.append(data)
         return datagrams
@@ -138,103 +100,36 @@ class UdpLink:
         self._socket.close()
 
 
-class UdpHub:
-    """One bound socket shared by several vehicles, told apart by system id.
+class UdpGate:
+    """One bound socket that hears many.
 
-    ``channel(system)`` gives the link of one of them. Any channel's ``receive``
-    reads the socket for all.
+    Args:
+        host: local address.
+        port: 0: any free one.
+
+    Raises:
+        LinkError: the port is in use, or the address is none of ours.
     """
 
     def __init__(self, host: str, port: int) -> None:
         self._socket = _open(host, port, bind=True)
-        self._inboxes: dict[int, list[bytes]] = {}
-        self._peers: dict[int, Peer] = {}
-        self._users = 0
-        self.noise = 0
-        """Datagrams that begin with no whole frame."""
 
     @property
     def port(self) -> int:
-        """The local port."""
         return int(self._socket.getsockname()[1])
 
-    @property
-    def peers(self) -> dict[int, Peer]:
-        """Who was heard, by system id; those without a channel too."""
-        return dict(self._peers)
+    def receive(self) -> list[tuple[bytes, Address | None]]:
+        return list(drain(self._socket))
 
-    def channel(self, system: int) -> UdpChannel:
-        """The link of one system; one channel for each. Raises LinkError for a second."""
-        if system in self._inboxes:
-            raise LinkError(f"UDP port {self.port}: system {system} has a link already")
-        self._inboxes[system] = []
-        return UdpChannel(self, system)
-
-    def send(self, system: int, data: bytes) -> bool:
-        """Send to where a system was last heard; False if it could not be sent."""
-        peer = self._peers.get(system)
-        if peer is None or peer.address is None:
+    def send(self, data: bytes, address: Address | None) -> bool:
+        if address is None:
             return False
         try:
-            self._socket.sendto(data, peer.address)
+            self._socket.sendto(data, address)
         except OSError as error:
-            logger.debug("not sent to system %d: %s", system, error)
+            logger.debug("not sent to %s:%d: %s", *address, error)
             return False
         return True
 
-    def receive(self, system: int) -> list[bytes]:
-        """Read the socket, sort what came, and give what is for one system."""
-        for data, address in _drain(self._socket):
-            parts = by_system(data)
-            if not parts:
-                self.noise += 1
-            for sender, part in parts:
-                peer = self._peers.get(sender)
-                if peer is None:
-                    peer = self._peers[sender] = Peer(sender)
-                peer.heard(address, part)
-                inbox = self._inboxes.get(sender)
-                if inbox is not None:
-                    inbox.append(part)
-        collected = self._inboxes.get(system)
-        if not collected:
-            return []
-        self._inboxes[system] = []
-        return collected
-
-    def release(self, system: int) -> None:
-        """Forget a channel; the last one closes the socket."""
-        if self._inboxes.pop(system, None) is not None and not self._inboxes:
-            self._socket.close()
-
     def close(self) -> None:
-        """Close the socket under all channels."""
-        self._inboxes.clear()
         self._socket.close()
-
-
-class UdpChannel:
-    """One system's link on a shared socket."""
-
-    def __init__(self, hub: UdpHub, system: int) -> None:
-        self._hub = hub
-        self._system = system
-        self._open = True
-        self.lost = 0
-
-    @property
-    def peer(self) -> Peer:
-        """Where this system is heard from."""
-        return self._hub.peers.get(self._system, Peer())
-
-    def send(self, data: bytes) -> None:
-        if not (self._open and self._hub.send(self._system, data)):
-            self.lost += 1
-
-    def receive(self) -> list[bytes]:
-        return self._hub.receive(self._system) if self._open else []
-
-    def close(self) -> None:
-        if self._open:
-            self._open = False
-            self._hub.release(self._system)
