@@ -22,8 +22,9 @@ if TYPE_CHECKING:
     from sim_vehicles.tcp import TcpPorts
     from sim_vehicles.udp import UdpPorts
 
-KINDS: Final = {"copter": "multirotor"}  # name on the command line -> kind of vehicle
-AUTOPILOTS: Final = ("px4",)
+# name on the command line -> kind of vehicle
+KINDS: Final = {"copter": "multirotor", "plane": "plane", "rover": "rover"}
+AUTOPILOTS: Final = ("px4", "ardupilot")
 _ROWS: Final = 20  # a longer table is drawn together
 _HOME: Final = "47.397742,8.545594,488"  # where PX4's simulations start
 
@@ -174,6 +175,7 @@ def _fleet(options: Options, seats: tuple[ports.Seat, ...]) -> Fleet:
             yaw_rad=pi / 2,
             kind=KINDS[options.kind],
             in_air_m=options.in_air,
+            autopilot=options.autopilot,
         )
         for i, seat in enumerate(seats)
     ]

@@ -9,9 +9,11 @@ from typing import Final
 from sim_vehicles import px4_parameters
 from sim_vehicles.codec import mav
 from sim_vehicles.craft import Craft
+from sim_vehicles.driving import DRIVING, DrivenLegs
 from sim_vehicles.dynamics import MODELS
+from sim_vehicles.dynamics.rover import GroundRover
 from sim_vehicles.flavour import PX4
-from sim_vehicles.modes import MODES
+from sim_vehicles.modes import MODES, Mode
 from sim_vehicles.routines import ROUTINES
 
 PX4_MULTIROTOR: Final = Craft(
@@ -25,8 +27,20 @@ PX4_MULTIROTOR: Final = Craft(
     parameters=px4_parameters.TABLE,
 )
 
+PX4_ROVER: Final = Craft(
+    kind="rover",
+    autopilot="px4",
+    mav_type=mav.MAV_TYPE_GROUND_ROVER,
+    flavour=PX4,
+    models={"rover": GroundRover},
+    modes={mode: spec for mode, spec in MODES.items() if mode is not Mode.ALTITUDE},
+    routines=DRIVING,
+    parameters=px4_parameters.ROVER,
+    legs=DrivenLegs,
+)
+
 CRAFTS: Final[Mapping[tuple[str, str], Craft]] = MappingProxyType(
-    {(craft.autopilot, craft.kind): craft for craft in (PX4_MULTIROTOR,)}
+    {(craft.autopilot, craft.kind): craft for craft in (PX4_MULTIROTOR, PX4_ROVER)}
 )
 """By autopilot ("px4", "ardupilot") and kind ("multirotor", "rover", "plane")."""
 

@@ -194,3 +194,5 @@ def _check(specs: Sequence[VehicleSpec], terrain: Terrain | None) -> None:
             raise ValueError(f"vehicle {spec.system} starts {spec.start[2]} m above the ground")
         if spec.in_air_m is not None and not spec.in_air_m > 0:
             raise ValueError(f"vehicle {spec.system}: in_air_m must be positive")
+        if spec.in_air_m is not None and spec.kind == "rover":
+            raise ValueError(f"vehicle {spec.system}: a rover does not start in the air")

@@ -31,7 +31,7 @@ FOLLOW: Final = 3  # setpoints from outside
 # Stages from the ground to the air.
 _GROUND: Final = 0
 _RAMP: Final = 1
-_FLIGHT: Final = 2
+FLIGHT: Final = 2
 
 Asked: TypeAlias = tuple[float, float, float, float, float, float, float, float]
 """Position, velocity (ENU), yaw, yaw rate of a setpoint; NaN: not controlled."""
@@ -147,7 +147,7 @@ class Legs:
             before = self._wanted.yaw[rows]
             kept = np.where(np.isnan(before), self._states.yaw[rows], before)
             yaw[free] = kept[free]
-        flying = self.gate[rows] == _FLIGHT
+        flying = self.gate[rows] == FLIGHT
         for setpoints, which in ((self._wanted, slice(None)), (self.setpoints, flying)):
             here = rows[which]
             setpoints.position[here] = position[which]
@@ -171,7 +171,7 @@ class Legs:
 
     def in_flight(self, i: int) -> None:
         """The vehicle starts in the air."""
-        self.gate[i] = _FLIGHT
+        self.gate[i] = FLIGHT
 
     def _begin(self, i: int, kind: int) -> None:
         self.kind[i] = kind
@@ -261,7 +261,7 @@ class Legs:
         out.max_up[:] = wanted.max_up
         out.max_down[:] = wanted.max_down
         out.motors[:] = wanted.motors
-        if (self.gate != _FLIGHT).any():
+        if (self.gate != FLIGHT).any():
             self._hold_down(t_us)
 
     def _hold_down(self, t_us: int) -> None:
@@ -276,12 +276,12 @@ class Legs:
         ramp_s = np.maximum(column("MPC_TKO_RAMP_T"), 1e-3)
         share = (t_us - self._ramp_us) * 1e-6 / ramp_s
         ramping = self.gate == _RAMP
-        self.gate[ramping & (share >= 1.0)] = _FLIGHT
+        self.gate[ramping & (share >= 1.0)] = FLIGHT
         permitted = RAMP_FROM + (self._climb - RAMP_FROM) * np.minimum(share, 1.0)
         lifting = ramping & (permitted > UP)
         np.minimum(out.max_up, permitted, out=out.max_up, where=lifting)
         np.minimum(out.velocity[:, 2], permitted, out=out.velocity[:, 2], where=lifting)
-        held = (self.gate != _FLIGHT) & ~lifting & out.motors
+        held = (self.gate != FLIGHT) & ~lifting & out.motors
         out.position[held] = nan
         out.velocity[held] = (0.0, 0.0, PRESS_DOWN)
         out.yaw[held] = self._states.yaw[held]

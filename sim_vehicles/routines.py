@@ -6,14 +6,19 @@ its legs costs nothing here. A routine that is not resumed is simply dropped.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import atan2, hypot, inf, isfinite, isnan, nan, radians, tan
-from typing import Final
+from typing import Final, TypeAlias
 
 from sim_vehicles.modes import Mode
 from sim_vehicles.pilot import Pilot, Routine
 from sim_vehicles.plans import Do, Step, Vector
 from sim_vehicles.status import Reached
+
+Make: TypeAlias = Callable[[Pilot, int], Routine]
+"""Makes the routine of a mode for one vehicle."""
+StepRoutine: TypeAlias = Callable[[Pilot, int, Step], Routine]
+"""The same for a step of a mission."""
 
 _NEAR: Final = 1.5  # m: nearer targets are not turned towards
 _INFO: Final = 6
@@ -103,7 +108,16 @@ def _return_height(pilot: Pilot, i: int, distance_m: float) -> float:
     return min(max(distance_m / tan(radians(half_angle)), lowest), full)
 
 
-def fly_plan(pilot: Pilot, i: int) -> Routine:
+def mission(steps: Mapping[Do, StepRoutine]) -> Make:
+    """Makes the routine of Mission mode of how each step is flown."""
+
+    def fly_plan(pilot: Pilot, i: int) -> Routine:
+        return _fly_plan(pilot, i, steps)
+
+    return fly_plan
+
+
+def _fly_plan(pilot: Pilot, i: int, steps: Mapping[Do, StepRoutine]) -> Routine:
     """Fly the mission from its current step on, then stay."""
     plan = pilot.plans[i]
     jumped: dict[int, int] = {}
@@ -117,7 +131,7 @@ def fly_plan(pilot: Pilot, i: int) -> Routine:
             jumped[number] = count + 1 if again else 0
             plan.current = step.jump_to if again else number + 1
             continue
-        for _ in _STEPS[step.do](pilot, i, step):
+        for _ in steps[step.do](pilot, i, step):
             idle = 0
             yield
         if plan.current != number:  # set from outside meanwhile
@@ -192,7 +206,7 @@ def _nothing(pilot: Pilot, i: int, step: Step) -> Routine:
     yield from ()
 
 
-_STEPS: Final[dict[Do, Callable[[Pilot, int, Step], Routine]]] = {
+STEPS: Final[Mapping[Do, StepRoutine]] = {
     Do.TAKE_OFF: _step_take_off,
     Do.GO: _step_go,
     Do.STAY: _step_stay,
@@ -203,10 +217,10 @@ _STEPS: Final[dict[Do, Callable[[Pilot, int, Step], Routine]]] = {
     Do.NOTHING: _nothing,
 }
 
-ROUTINES: Final[dict[Mode, Callable[[Pilot, int], Routine]]] = {
+ROUTINES: Final[Mapping[Mode, Make]] = {
     Mode.TAKEOFF: take_off,
     Mode.HOLD: hold,
-    Mode.MISSION: fly_plan,
+    Mode.MISSION: mission(STEPS),
     Mode.RETURN: return_home,
     Mode.LAND: land,
 }

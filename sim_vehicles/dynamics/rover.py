@@ -34,6 +34,7 @@ class RoverParams:
     turn_rad_s: float = 2.0
     climb_rad: float = radians(35.0)  # steepest it can climb, where its speed is 0
     length_m: float = 1.0  # over which slopes count
+    stop_m: float = 0.2  # so near to a place it brakes and is there
     idle_load: float = 0.05
     battery: BatteryParams = field(default_factory=BatteryParams)
 
@@ -99,6 +100,7 @@ class GroundRover:
         distance = np.hypot(error[0], error[1])
         stopping = np.sqrt(2.0 * self._params.accel_m_s2 * distance)
         pace = np.minimum(np.minimum(distance / dt_s, stopping), setpoints.max_speed)
+        pace *= distance > self._params.stop_m
         vx, vy = demand.velocity[:2] + error * (pace / np.maximum(distance, 1e-12))
         return np.arctan2(vy, vx), np.minimum(np.hypot(vx, vy), self._params.speed_m_s)
 

@@ -152,9 +152,20 @@ def station() -> Callable[..., Station]:
     """Makes a station with a fleet of one (or ``count``) behind it."""
 
     def make(
-        *, model: str = "perfect", count: int = 1, in_air_m: float | None = None, **options: Any
+        *,
+        model: str = "perfect",
+        count: int = 1,
+        in_air_m: float | None = None,
+        kind: str = "multirotor",
+        autopilot: str = "px4",
+        **options: Any,
     ) -> Station:
-        specs = [VehicleSpec(i + 1, (10.0 * i, 0.0, 0.0), in_air_m=in_air_m) for i in range(count)]
+        specs = [
+            VehicleSpec(
+                i + 1, (10.0 * i, 0.0, 0.0), kind=kind, in_air_m=in_air_m, autopilot=autopilot
+            )
+            for i in range(count)
+        ]
         return Station(Fleet(specs, origin=ORIGIN, model=model, **options))
 
     return make
