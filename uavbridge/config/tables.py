@@ -190,3 +190,10 @@ class Recording(Table, frozen=True):
     foxglove: Annotated[
         bool, Meta(description="also what Foxglove shows by itself: poses, map, scene, log")
     ] = True
+    part_mb: Annotated[
+        float,
+        Meta(ge=0.0, description="a new mission-N.mcap after so many MB; 0: never"),
+    ] = 256.0
+    part_min: Annotated[
+        float, Meta(ge=0.0, description="and after so many minutes of mission time; 0: never")
+    ] = 0.0

@@ -46,11 +46,10 @@ class Display:
     Args:
         recorder: gets the messages.
         mission: with the true targets, where they are known.
-        epoch_ns: Unix date of mission start.
     """
 
-    def __init__(self, recorder: Recorder, mission: Mission, epoch_ns: int) -> None:
-        self._recorder, self._mission, self._epoch_ns = recorder, mission, epoch_ns
+    def __init__(self, recorder: Recorder, mission: Mission) -> None:
+        self._recorder, self._mission = recorder, mission
         home = mission.home
         self._home = Geodetic(home.latitude_deg, home.longitude_deg, home.altitude_m)
         self._radio = Radio(mission.radio.range_m)
@@ -97,7 +96,7 @@ class Display:
         self._logged = len(events)
 
     def _time(self, t_us: int) -> fox.Time:
-        return fox.Time.of(self._epoch_ns + t_us * 1000)
+        return fox.Time.of(self._recorder.epoch_ns + t_us * 1000)
 
     def _vehicles(self, t_us: int, now: fox.Time, reports: Sequence[AgentReport]) -> None:
         place = np.array([report.position for report in reports])

@@ -7,34 +7,34 @@ several threads at once.
 
 from __future__ import annotations
 
-import logging
-from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import version
-from io import BufferedWriter
 from pathlib import Path
 from types import TracebackType
 
-from mcap.writer import CompressionType, Writer
 from msgspec import Struct
 
-from uavbridge.clock import SECOND_US
 from uavbridge.recording.digest import StreamDigest, combine, prefix
+from uavbridge.recording.parts import (
+    FORMAT,
+    MCAP_NAME,
+    METADATA_NAME,
+    ONE_FILE,
+    PartWriter,
+    Rotation,
+)
 from uavbridge.recording.tlog import TlogWriter, tlog_name
 from uavbridge.recording.topics import encode, topic_kind
 
-MCAP_NAME = "mission.mcap"
-METADATA_NAME = "uavbridge"
-_CHUNK_BYTES = 512 * 1024
+__all__ = ["MCAP_NAME", "METADATA_NAME", "Recorder"]
 
-_log = logging.getLogger(__name__)
+FLIGHT, BUS = "flight", "bus"  # where a recording is from
 
 
 @dataclass(frozen=True, slots=True)
 class _Channel:
     prefix: bytes
     digested: bool
-    id: int  # in the file; 0 where there is none
 
 
 class Recorder:
@@ -46,32 +46,39 @@ class Recorder:
         epoch_ns: Unix date of mission start, for absolute times. Give a fixed one where
             the files shall be equal byte for byte.
         mcap: False: no mission.mcap.
+        source: ``FLIGHT``, or ``BUS`` where it holds only what the bus carries.
+        rotation: when a new part of mission.mcap begins.
 
     A file that can be written no more, on a full disk say, is told of in a warning and left
     as it is: the flight goes on.
     """
 
     def __init__(
-        self, folder: Path | None, *, mission_name: str, epoch_ns: int, mcap: bool = True
+        self,
+        folder: Path | None,
+        *,
+        mission_name: str,
+        epoch_ns: int,
+        mcap: bool = True,
+        source: str = FLIGHT,
+        rotation: Rotation = ONE_FILE,
     ) -> None:
         self.folder = folder
         self.messages = 0
-        self._epoch_ns = epoch_ns
+        self.epoch_ns = epoch_ns
         self._digest = StreamDigest()
         self._channels: dict[str, _Channel] = {}
-        self._schemas: dict[str, int] = {}
         self._tlogs: dict[int, TlogWriter] = {}
-        self._flush_us = 0
-        self._stream: BufferedWriter | None = None
+        self._parts: PartWriter | None = None
         if mcap and folder is not None:
-            self._stream = (folder / MCAP_NAME).open("wb")
-            self._writer = Writer(
-                self._stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.LZ4
-            )
-            self._writer.start(library=f"uavbridge {version('uavbridge')}")
-            self._writer.add_metadata(
-                METADATA_NAME, {"mission": mission_name, "epoch_ns": str(epoch_ns)}
-            )
+            metadata = {
+                "mission": mission_name,
+                "epoch_ns": str(epoch_ns),
+                "source": source,
+                "version": version("uavbridge"),
+                "format": str(FORMAT),
+            }
+            self._parts = PartWriter(folder, metadata, epoch_ns, rotation)
 
     def write(self, topic: str, t_us: int, data: bytes) -> None:
         """Record one message.
@@ -86,20 +93,13 @@ class Recorder:
         """
         channel = self._channels.get(topic)
         if channel is None:
-            channel = self._channels[topic] = self._register(topic)
+            channel = _Channel(prefix(topic), topic_kind(topic).digested)
+            self._channels[topic] = channel
         self.messages += 1
         if channel.digested:
             self._digest.add(channel.prefix, t_us, data)
-        if self._stream is None:
-            return
-        date_ns = self._epoch_ns + t_us * 1000
-        try:
-            self._writer.add_message(channel.id, date_ns, data, date_ns)
-            if t_us >= self._flush_us:
-                self._writer.flush()  # type: ignore[no-untyped-call]
-                self._flush_us = t_us + SECOND_US
-        except OSError as fault:
-            self._lose(fault)
+        if self._parts is not None:
+            self._parts.write(topic, t_us, data)
 
     def record(self, topic: str, t_us: int, record: Struct) -> None:
         """Record one of the structs of ``recording.topics``."""
@@ -109,7 +109,7 @@ class Recorder:
         """The log of one vehicle, made at the first call."""
         if vehicle not in self._tlogs:
             path = None if self.folder is None else self.folder / tlog_name(vehicle)
-            self._tlogs[vehicle] = TlogWriter(path, vehicle, self._epoch_ns // 1000)
+            self._tlogs[vehicle] = TlogWriter(path, vehicle, self.epoch_ns // 1000)
         return self._tlogs[vehicle]
 
     def digest(self) -> str:
@@ -121,22 +121,8 @@ class Recorder:
         """Write the index and let go of all files. A second call does nothing."""
         for log in self._tlogs.values():
             log.close()
-        if self._stream is None:
-            return
-        try:
-            self._writer.finish()  # type: ignore[no-untyped-call]
-            self._stream.close()
-        except OSError as fault:
-            self._lose(fault)
-        self._stream = None
-
-    def _lose(self, fault: OSError) -> None:
-        """Write no further."""
-        _log.warning("%s: %s; the recording ends here", MCAP_NAME, fault.strerror)
-        stream, self._stream = self._stream, None
-        if stream is not None:
-            with suppress(OSError):  # said already
-                stream.close()
+        if self._parts is not None:
+            self._parts.close()
 
     def __enter__(self) -> Recorder:
         return self
@@ -148,12 +134,3 @@ class Recorder:
         trace: TracebackType | None,
     ) -> None:
         self.close()
-
-    def _register(self, topic: str) -> _Channel:
-        kind = topic_kind(topic)
-        if self._stream is None:
-            return _Channel(prefix(topic), kind.digested, 0)
-        if kind.name not in self._schemas:
-            self._schemas[kind.name] = self._writer.register_schema(*kind.schema())
-        number = self._writer.register_channel(topic, kind.encoding, self._schemas[kind.name])
-        return _Channel(prefix(topic), kind.digested, number)

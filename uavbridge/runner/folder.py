@@ -10,7 +10,7 @@ import msgspec
 from uavbridge.clock import wall_date
 from uavbridge.config import Mission, to_toml
 from uavbridge.errors import ConfigError
-from uavbridge.recording.recorder import MCAP_NAME
+from uavbridge.recording.parts import MCAP_NAME, parts_of
 from uavbridge.recording.tlog import TLOG_PATTERN
 from uavbridge.report.page import REPORT_NAME, SUMMARY_NAME
 
@@ -74,6 +74,7 @@ def _mission_file(folder: Path) -> Path:
 def _left(folder: Path) -> Iterator[Path]:
     """What an earlier flight left in the folder."""
     yield from folder.glob(TLOG_PATTERN)
-    for name in (MCAP_NAME, SUMMARY_NAME, REPORT_NAME):
+    yield from parts_of(folder / MCAP_NAME).values()
+    for name in (SUMMARY_NAME, REPORT_NAME):
         if (folder / name).exists():
             yield folder / name

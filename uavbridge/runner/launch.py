@@ -18,6 +18,7 @@ from uavbridge.monitor.progress import ProgressView
 from uavbridge.monitor.steady import SteadyConsole
 from uavbridge.monitor.web.pages import Place, beside, check_extra
 from uavbridge.recording.display import Display
+from uavbridge.recording.parts import Rotation
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import MissionRecord, ScoreRecord, known
 from uavbridge.report.page import write_report
@@ -91,11 +92,14 @@ def fly(
     stepped = mission.clock == "stepped"
     date = STEPPED_DATE if stepped else wall_date()
     began_s = wall_s()
-    epoch_ns = int(date.timestamp()) * SECOND_US * 1000
     recorder = Recorder(
-        folder, mission_name=mission.name, epoch_ns=epoch_ns, mcap=mission.recording.mcap
+        folder,
+        mission_name=mission.name,
+        epoch_ns=int(date.timestamp()) * SECOND_US * 1000,
+        mcap=mission.recording.mcap,
+        rotation=_rotation(mission),
     )
-    display = _display(mission, recorder, epoch_ns)
+    display = _display(mission, recorder)
     flown_us = 0
     with recorder, interrupts(HOMEWARDS) as stop, _view(mission, console) as view:
         recorder.record("mission", 0, _mission_record(mission))
@@ -156,9 +160,14 @@ def _record_score(recorder: Recorder, judge: Judge) -> None:
     recorder.record("score", last.t_us, record)
 
 
-def _display(mission: Mission, recorder: Recorder, epoch_ns: int) -> Display | None:
+def _rotation(mission: Mission) -> Rotation:
+    kept = mission.recording
+    return Rotation(round(kept.part_mb * 1e6), to_us(60.0 * kept.part_min))
+
+
+def _display(mission: Mission, recorder: Recorder) -> Display | None:
     wanted = mission.recording.mcap and mission.recording.foxglove and recorder.folder is not None
-    return Display(recorder, mission, epoch_ns) if wanted else None
+    return Display(recorder, mission) if wanted else None
 
 
 def _show(display: Display, t_us: int, judge: Judge, host: AgentHost) -> None:

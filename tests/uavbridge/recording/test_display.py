@@ -34,7 +34,7 @@ def shown(tmp_path_factory):
     folder = tmp_path_factory.mktemp("shown")
     mission = load(None, {"radio.range_m": 150.0})
     with Recorder(folder, mission_name="m", epoch_ns=EPOCH_NS) as recorder:
-        display = Display(recorder, mission, EPOCH_NS)
+        display = Display(recorder, mission)
         events = []
         for t_us in range(0, SECONDS * 1_000_000, 1_000_000):
             seen = np.zeros((10, 10), bool)

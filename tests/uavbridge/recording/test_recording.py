@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
+from mcap.writer import Writer
 
 from uavbridge.errors import ConfigError
 from uavbridge.recording.digest import StreamDigest, prefix
+from uavbridge.recording.parts import METADATA_NAME, ONE_FILE, Rotation
 from uavbridge.recording.reader import Recording
 from uavbridge.recording.recorder import MCAP_NAME, Recorder
 from uavbridge.recording.topics import (
@@ -33,10 +35,17 @@ FRAME = bytes([0xFD, 3, 0, 0, 0, 1, 1, 30, 0, 0]) + b"abc" + b"xy"
 
 
 def fly(
-    folder: Path | None, *, seconds: int = 5, mcap: bool = True, epoch_ns: int = EPOCH_NS
+    folder: Path | None,
+    *,
+    seconds: int = 5,
+    mcap: bool = True,
+    epoch_ns: int = EPOCH_NS,
+    rotation: Rotation = ONE_FILE,
 ) -> Recorder:
     """Record a small made-up mission; the recorder is left open."""
-    recorder = Recorder(folder, mission_name="demo", epoch_ns=epoch_ns, mcap=mcap)
+    recorder = Recorder(
+        folder, mission_name="demo", epoch_ns=epoch_ns, mcap=mcap, rotation=rotation
+    )
     recorder.record("mission", 0, MissionRecord(text="[mission]", seed=7, clock="stepped"))
     for t_us in range(0, seconds * 1_000_000, 200_000):
         for agent in (1, 2):
@@ -252,3 +261,55 @@ def test_heard_round_trip(rows: list[tuple[int, int, str]], rest: bytes) -> None
     codes = [{"delivered": 0, "out of range": 1, "loss": 2}[outcome] for _, _, outcome in rows]
     assert np.array_equal(records["sender"], [sender for sender, _, _ in rows])
     assert np.array_equal(records["outcome"], codes)
+
+
+@pytest.mark.parametrize("rotation", [Rotation(part_us=2_000_000), Rotation(part_bytes=4000)])
+def test_parts_are_read_as_one(tmp_path: Path, rotation: Rotation) -> None:
+    (tmp_path / "one").mkdir()
+    with fly(tmp_path / "one", seconds=9) as whole:
+        pass
+    with fly(tmp_path, seconds=9, rotation=rotation) as recorder:
+        pass
+    recording = Recording(tmp_path)
+    assert len(recording.parts) > 2
+    assert recording.complete
+    assert list(recording.messages()) == list(Recording(tmp_path / "one").messages())
+    assert recording.digest() == recorder.digest() == whole.digest()
+    for number, path in recording.parts.items():  # each of them for any tool that reads MCAP
+        assert Recording(path).path == tmp_path / MCAP_NAME
+        with path.open("rb") as file:
+            (_, first, _), *_ = make_reader(file, validate_crcs=True).iter_messages()
+        assert first.topic == "mission", number
+
+
+def test_a_recording_ends_where_a_part_is_missing(tmp_path: Path) -> None:
+    fly(tmp_path, seconds=9, rotation=Rotation(part_us=2_000_000)).close()
+    whole = list(Recording(tmp_path).messages())
+    (tmp_path / "mission-3.mcap").unlink()
+    left = Recording(tmp_path)
+    assert not left.complete
+    assert list(left.messages()) == whole[: 1 + 4 * 5 * 4 + 1]
+    for number in (1, 2):
+        (tmp_path / ("mission.mcap", "mission-2.mcap")[number - 1]).unlink()
+    alone = Recording(tmp_path / "mission-4.mcap")
+    assert [message.topic for message in alone.messages()][:1] == ["mission"]
+
+
+def test_files_of_such_a_name_are_not_parts(tmp_path: Path) -> None:
+    fly(tmp_path).close()
+    (tmp_path / "other").mkdir()
+    fly(tmp_path / "other", seconds=3, epoch_ns=5).close()
+    (tmp_path / "other" / MCAP_NAME).rename(tmp_path / "mission-2.mcap")
+    assert len(list(Recording(tmp_path).messages())) == 101
+    assert len(list(Recording(tmp_path / "mission-2.mcap").messages())) == 61
+
+
+def test_a_newer_format_is_refused_with_the_reason(tmp_path: Path) -> None:
+    with (tmp_path / MCAP_NAME).open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        facts = {"mission": "m", "epoch_ns": "0", "format": "99", "version": "7.1"}
+        writer.add_metadata(METADATA_NAME, facts)
+        writer.finish()
+    with pytest.raises(ConfigError, match=r"recorded by uavbridge 7\.1 in format 99"):
+        Recording(tmp_path)
