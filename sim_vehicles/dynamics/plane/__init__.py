@@ -1,0 +1,7 @@
+"""Fixed-wing aircraft: an Aerosonde with six degrees of freedom, and its guidance model."""
+
+from sim_vehicles.dynamics.plane.airframe import Pack, PlaneLimits, PlaneParams
+from sim_vehicles.dynamics.plane.guided import GuidedPlane
+from sim_vehicles.dynamics.plane.sixdof import SixDof
+
+__all__ = ["GuidedPlane", "Pack", "PlaneLimits", "PlaneParams", "SixDof"]
