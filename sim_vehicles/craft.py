@@ -10,7 +10,7 @@ from sim_vehicles.dynamics.model import MakeModel, States
 from sim_vehicles.flavour import Flavour
 from sim_vehicles.legs import Legs
 from sim_vehicles.modes import Mode, ModeSpec
-from sim_vehicles.params import Parameter, Parameters
+from sim_vehicles.params import Derive, Parameter, Parameters
 from sim_vehicles.pilot import Pilot, Routine
 from sim_vehicles.status import Status
 
@@ -31,6 +31,7 @@ class Craft:
         routines: what it does in them by itself; in the others it follows setpoints.
         legs: how it flies, or drives, from place to place.
         parameters: the ones that clients see.
+        derive: what they mean in the names that autopilots go by (px4_parameters.TABLE).
         start_mode: the mode it is in when switched on.
     """
 
@@ -42,5 +43,6 @@ class Craft:
     modes: Mapping[Mode, ModeSpec]
     routines: Mapping[Mode, Callable[[Pilot, int], Routine]]
     parameters: Sequence[Parameter]
+    derive: Derive | None = None
     legs: MakeLegs = Legs
     start_mode: Mode = Mode.HOLD

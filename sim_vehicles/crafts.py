@@ -36,6 +36,7 @@ PX4_ROVER: Final = Craft(
     modes={mode: spec for mode, spec in MODES.items() if mode is not Mode.ALTITUDE},
     routines=DRIVING,
     parameters=px4_parameters.ROVER,
+    derive=px4_parameters.rover,
     legs=DrivenLegs,
 )
 

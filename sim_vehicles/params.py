@@ -16,12 +16,14 @@ from sim_vehicles.dynamics.model import F64
 class Type(IntEnum):
     """How a value is kept; numbers as in MAV_PARAM_TYPE."""
 
+    INT8 = 2
+    INT16 = 4
     INT32 = 6
     REAL32 = 9
 
 
-Meaning: TypeAlias = tuple[str, Callable[[float], float]]
-"""A hidden parameter, and its value by that of the one that clients see."""
+Derive: TypeAlias = Callable[[Callable[[str], float]], Mapping[str, float]]
+"""Hidden parameters of one vehicle, by the values of those that clients see."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +35,6 @@ class Parameter:
     default: float
     low: float = -inf
     high: float = inf
-    means: tuple[Meaning, ...] = ()  # for the autopilot, which knows parameters by other names
 
 
 class Parameters:
@@ -44,6 +45,7 @@ class Parameters:
         n: number of vehicles.
         overrides: values other than the defaults, for all vehicles.
         hidden: parameters that the autopilot goes by and clients do not see.
+        derive: gives values of hidden ones.
 
     Raises:
         ValueError: an override of an unknown parameter, or out of range.
@@ -56,6 +58,7 @@ class Parameters:
         overrides: Mapping[str, float] | None = None,
         *,
         hidden: Sequence[Parameter] = (),
+        derive: Derive | None = None,
     ) -> None:
         self.table = tuple(sorted(table, key=lambda parameter: parameter.name))
         seen = {parameter.name for parameter in self.table}
@@ -64,9 +67,9 @@ class Parameters:
         defaults = np.array([_single(parameter.default) for parameter in self._all])
         self._values = np.repeat(defaults[:, np.newaxis], n, axis=1)
         self.version = 0  # grows with every change
-        for parameter in self.table:
-            for name, value_of in parameter.means:
-                self._values[self._row[name]] = value_of(parameter.default)
+        self._derive = derive
+        for vehicle in range(n):
+            self._follow(vehicle)
         for name, value in (overrides or {}).items():
             if name not in self._row:
                 raise ValueError(f"the autopilot has no parameter {name}")
@@ -118,12 +121,16 @@ class Parameters:
             raise ValueError(
                 f"parameter {name} must be {parameter.low:g}..{parameter.high:g}, not {value:g}"
             )
-        if parameter.type is Type.INT32 and value != int(value):
+        if parameter.type is not Type.REAL32 and value != int(value):
             raise ValueError(f"parameter {name} is a whole number, not {value:g}")
         self._values[row, vehicle] = _single(value)
-        for other, value_of in parameter.means:
-            self._values[self._row[other], vehicle] = value_of(value)
+        self._follow(vehicle)
         self.version += 1
+
+    def _follow(self, vehicle: int) -> None:
+        if self._derive is not None:
+            for name, value in self._derive(lambda known: self.get(vehicle, known)).items():
+                self._values[self._row[name], vehicle] = value
 
 
 def _single(value: float) -> float:

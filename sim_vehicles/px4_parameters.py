@@ -5,23 +5,20 @@ Values are those of a PX4 1.17 quadrotor. Ranges are what the autopilot can fly 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Final
 
-from sim_vehicles.params import Meaning, Parameter, Type
+from sim_vehicles.params import Parameter, Type
 
 
-def whole(
-    name: str, default: int, low: int = -(2**31), high: int = 2**31 - 1, *means: Meaning
-) -> Parameter:
+def whole(name: str, default: int, low: int = -(2**31), high: int = 2**31 - 1) -> Parameter:
     """A whole number."""
-    return Parameter(name, Type.INT32, default, low, high, means)
+    return Parameter(name, Type.INT32, default, low, high)
 
 
-def real(
-    name: str, default: float, low: float = -1e6, high: float = 1e6, *means: Meaning
-) -> Parameter:
+def real(name: str, default: float, low: float = -1e6, high: float = 1e6) -> Parameter:
     """A number of single precision."""
-    return Parameter(name, Type.REAL32, default, low, high, means)
+    return Parameter(name, Type.REAL32, default, low, high)
 
 
 TABLE: Final[tuple[Parameter, ...]] = (
@@ -121,10 +118,6 @@ COMMON: Final = tuple(each for each in TABLE if not each.name.startswith(_IN_THE
 """Those of every kind of vehicle."""
 
 
-def _speed(value: float) -> float:
-    return value if value > 0 else _ROVER_M_S
-
-
 _ROVER_M_S: Final = 12.0
 ROVER: Final[tuple[Parameter, ...]] = (
     *COMMON,
@@ -136,17 +129,10 @@ ROVER: Final[tuple[Parameter, ...]] = (
     real("RD_TRANS_TRN_DRV", 0.0873),
     real("RD_WHEEL_TRACK", 0.5),
     real("RO_ACCEL_LIM", 4.0, -1.0, 100.0),
-    real("RO_DECEL_LIM", 4.0, -1.0, 100.0, ("MPC_ACC_HOR", lambda value: max(value, 0.1))),
+    real("RO_DECEL_LIM", 4.0, -1.0, 100.0),
     real("RO_JERK_LIM", -1.0, -1.0, 100.0),
     real("RO_MAX_THR_SPEED", _ROVER_M_S, 0.0, 100.0),
-    real(
-        "RO_SPEED_LIM",
-        _ROVER_M_S,
-        -1.0,
-        30.0,
-        ("MPC_XY_CRUISE", _speed),
-        ("MPC_XY_VEL_MAX", _speed),
-    ),
+    real("RO_SPEED_LIM", _ROVER_M_S, -1.0, 30.0),
     real("RO_SPEED_P", 0.1, 0.0, 100.0),
     real("RO_SPEED_TH", 0.1, 0.0, 100.0),
     real("RO_YAW_P", 5.0, 0.0, 100.0),
@@ -155,3 +141,14 @@ ROVER: Final[tuple[Parameter, ...]] = (
     whole("SYS_AUTOSTART", 50000),
 )
 """A differential rover's: the airframe's limits are those of the model."""
+
+
+def rover(value: Callable[[str], float]) -> Mapping[str, float]:
+    """What a rover's parameters mean to the autopilot."""
+    limit = value("RO_SPEED_LIM")
+    speed = limit if limit > 0 else _ROVER_M_S
+    return {
+        "MPC_XY_CRUISE": speed,
+        "MPC_XY_VEL_MAX": speed,
+        "MPC_ACC_HOR": max(value("RO_DECEL_LIM"), 0.1),
+    }

@@ -103,7 +103,7 @@ class Squad:
         self._tick_us = max(round(_TICK_S * 1e6) // self._step_us, 1) * self._step_us
 
         hidden = px4_parameters.TABLE
-        table = Parameters(craft.parameters, n, hidden=hidden)
+        table = Parameters(craft.parameters, n, hidden=hidden, derive=craft.derive)
         table.override(around.parameters)
         for i, system in enumerate(self.systems):
             table.set(i, craft.flavour.id_parameter, system)
