@@ -96,7 +96,7 @@ async def serve(
     speed: float = 1.0,
     epoch_ns: int | None = None,
     slips: bool | None = None,
-    allowed_us: Callable[[], int] | None = None,
+    allowed_us: Callable[[], float] | None = None,
     duration_s: float = inf,
     period_s: float = 0.02,
     on_step: Callable[[FleetT, int], None] | None = None,

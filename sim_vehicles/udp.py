@@ -26,16 +26,18 @@ class UdpPorts:
 
     Args:
         host: where telemetry goes to. On loopback only this machine can reach the vehicles.
-        ports: (n,) of each vehicle's target.
+        ports: (n,) of each vehicle's target; None: it speaks to nobody who has not spoken to it.
 
     Raises:
         ServerError: no such host, or too many sockets for this machine.
     """
 
-    def __init__(self, host: str, ports: Sequence[int]) -> None:
+    def __init__(self, host: str, ports: Sequence[int | None]) -> None:
         address = resolve(host)
         local = "127.0.0.1" if address.startswith("127.") else ""
-        self._targets: list[Address] = [(address, port) for port in ports]
+        self._targets: list[Address | None] = [
+            None if port is None else (address, port) for port in ports
+        ]
         self._peers: list[dict[Address, float]] = [{} for _ in ports]  # -> when heard last
         self._sockets: list[socket.socket] = []
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -88,7 +90,9 @@ class UdpPorts:
             del peers[min(peers, key=peers.__getitem__)]
 
     def send(self, index: int, datagram: bytes) -> None:
-        self._send(index, datagram, self._targets[index])
+        target = self._targets[index]
+        if target is not None:
+            self._send(index, datagram, target)
         peers = self._peers[index]
         if peers and self._loop is not None:
             oldest = self._loop.time() - _PEER_S

@@ -20,6 +20,7 @@ TilePattern: TypeAlias = tuple[int | str, int | str]  # with "*" for any
 TRUTH = "world/truth"
 MISSION = "world/mission"
 PAST = "world/past"
+BRIEFING = "world/briefing"
 EVERYONE = "all"
 ALL_ALIVE = "uavbridge/*/alive/*"  # of every mission, so not relative to one
 
@@ -60,12 +61,15 @@ SPACES: dict[str, Space] = {
     # Reports for people; state/<agent>/map is the whole map: on request and now and then.
     "state": Space("state/<agent>[/map | /ack]", "the agent", "people: monitor, recorder, judge"),
     # Where the simulated vehicles truly are: for Radio alone.
-    # Beside them the mission as it is flown, targets and all, and its past: for people.
+    # Beside them the mission as it is flown, targets and all, and its past: for people; and
+    # world/briefing, what a process of agents is told before it flies.
     "world": Space(
-        "world/truth, world/mission, world/past",
+        "world/truth, world/mission, world/past, world/briefing",
         "the simulation, the launcher",
         "the radio's decision, recorder, people",
     ),
+    # How far each process of agents is, for the launcher that paces the simulation.
+    "pace": Space("pace/<agent>", "the agent's process", "the launcher"),
     # Liveliness tokens: people learn from them who died, agents do not.
     "alive": Space("alive/<agent>", "the agent's session", "people"),
 }
@@ -137,6 +141,11 @@ def ack(agent: int | str) -> str:
 def event(agent: int | str) -> str:
     """What happened to an agent, in words for people."""
     return f"state/{agent}/event"
+
+
+def pace(agent: int | str) -> str:
+    """How far the process of an agent is, the first of several."""
+    return f"pace/{agent}"
 
 
 def alive(agent: int | str) -> str:

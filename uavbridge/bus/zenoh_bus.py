@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import logging
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Self, TypeAlias
 
 import zenoh
@@ -280,6 +280,7 @@ class Router:
     Args:
         listen: an endpoint such as ``"tcp/127.0.0.1:7447"``, or ``"auto"``: port 7447
             on loopback when it is free, else any free one.
+        connect: endpoints of other routers; the missions of all are one.
 
     Attributes:
         endpoint: where clients find it.
@@ -288,11 +289,16 @@ class Router:
         BusError: the port is in use, or the endpoint makes no sense.
     """
 
-    def __init__(self, listen: str = "auto") -> None:
+    def __init__(self, listen: str = "auto", *, connect: Sequence[str] = ()) -> None:
         if listen == "auto":
-            self.endpoint, self._session = _listen_anywhere()
+            self.endpoint, self._session = _listen_anywhere(connect)
         else:
-            self.endpoint, self._session = listen, _listen(listen)
+            self.endpoint, self._session = listen, _listen(listen, connect)
+
+    @property
+    def clients(self) -> int:
+        """Sessions that are connected now."""
+        return len(self._session.info.links())
 
     def __enter__(self) -> Self:
         return self
@@ -305,9 +311,10 @@ class Router:
         self._session.close()  # type: ignore[no-untyped-call]
 
 
-def _listen(endpoint: str) -> zenoh.Session:
+def _listen(endpoint: str, connect: Sequence[str]) -> zenoh.Session:
+    settings = {**_ROUTER, "listen/endpoints": [endpoint], **_linked(connect)}
     try:
-        return zenoh.open(_config("router", {**_ROUTER, "listen/endpoints": [endpoint]}))
+        return zenoh.open(_config("router", settings))
     except zenoh.ZError as fault:
         if "in use" in str(fault):
             raise BusError(f"zenoh router: {endpoint} is in use by another program") from None
@@ -315,16 +322,28 @@ def _listen(endpoint: str) -> zenoh.Session:
         raise BusError(f"zenoh router cannot listen on {endpoint}{reason}") from None
 
 
-def _listen_anywhere() -> tuple[str, zenoh.Session]:
+def _linked(connect: Sequence[str]) -> dict[str, Any]:
+    """Other routers may come later: this one does not wait for them."""
+    if not connect:
+        return {}
+    return {
+        "connect/endpoints": list(connect),
+        "connect/timeout_ms": -1,
+        "connect/exit_on_failure": False,
+        "connect/retry": _RETRY,
+    }
+
+
+def _listen_anywhere(connect: Sequence[str]) -> tuple[str, zenoh.Session]:
     ports = [PORT, *(_free_port() for _ in range(3))]
     for port in ports[:-1]:
         endpoint = f"tcp/{LOOPBACK}:{port}"
         try:
-            return endpoint, _listen(endpoint)
+            return endpoint, _listen(endpoint, connect)
         except BusError as fault:
             _log.debug("%s", fault)
     endpoint = f"tcp/{LOOPBACK}:{ports[-1]}"
-    return endpoint, _listen(endpoint)
+    return endpoint, _listen(endpoint, connect)
 
 
 def _free_port() -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from click.shell_completion import CompletionItem, get_completion_class
@@ -12,12 +12,19 @@ from uavbridge.cli.command import command
 from uavbridge.cli.experiments import compare, experiment
 from uavbridge.cli.group import Group, echo_json, set_up_logging
 from uavbridge.cli.monitor import monitor
+from uavbridge.cli.processes import agent, router
 from uavbridge.cli.replay import record, replay, report
 from uavbridge.errors import BusError, LinkError
+
+if TYPE_CHECKING:
+    from uavbridge.config import Mission
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 _MISSION = click.Path(dir_okay=True)  # config.load tells what is wrong with it
+
+
+_TABLES = {"router": "bus.", "agents_per_process": "bus."}
 
 
 def _complete_planner(
@@ -44,6 +51,12 @@ def _overrides(command: Command) -> Command:
         click.option("--duration", type=float, metavar="S", help="Time limit in mission seconds."),
         click.option("--clock", metavar="paced|stepped", help="Real time, or lockstep."),
         click.option("--router", metavar="ENDPOINT", help="External zenoh router [bus.router]."),
+        click.option(
+            "--agents-per-process",
+            type=int,
+            metavar="K",
+            help="Agents in child processes [bus.agents_per_process].",
+        ),
     ]
     for option in reversed(options):
         command = option(command)
@@ -52,7 +65,26 @@ def _overrides(command: Command) -> Command:
 
 def _keys(options: dict[str, Any]) -> dict[str, Any]:
     """Options by the dotted keys of the mission file."""
-    return {("bus.router" if name == "router" else name): value for name, value in options.items()}
+    return {_TABLES.get(name, "") + name: value for name, value in options.items()}
+
+
+_connect = click.option(
+    "--connect",
+    multiple=True,
+    metavar="URL",
+    help="Vehicle of the next agent, such as udpin:127.0.0.1:14540; again for more.",
+)
+
+
+def _load(mission: str | None, connect: tuple[str, ...], options: dict[str, Any]) -> Mission:
+    """The mission of the command line."""
+    from uavbridge import config
+    from uavbridge.config.connect import connect as connected
+
+    keys = _keys(options)
+    if mission is None and connect and keys["vehicles"] is None:
+        keys["vehicles"] = len(connect)
+    return connected(config.load(mission, keys), connect)
 
 
 @click.group(cls=Group)
@@ -70,20 +102,29 @@ def main(verbose: int) -> None:
 @click.option("--headless", is_flag=True, default=None, help="No live view.")
 @click.option("--json", is_flag=True, default=None, help="Print the summary as JSON.")
 @click.option("--web", is_flag=True, help="Serve a page to watch it on.")
+@_connect
 @click.pass_context
-def launch(ctx: click.Context, /, mission: str | None, web: bool, **options: Any) -> None:
-    """Fly MISSION (a TOML file; without it the built-in example) with a simulated fleet.
+def launch(
+    ctx: click.Context, /, mission: str | None, web: bool, connect: tuple[str, ...], **options: Any
+) -> None:
+    """Fly MISSION (a TOML file; without it the built-in example).
+
+    The vehicles are simulated, but for those that --connect or the mission's endpoints name.
+    Without MISSION, as many fly as there are --connect, and the first one's home is the origin.
 
     Options replace the keys of the same name in the file. Exit status: 0 when the mission
     reached its goal, 1 when not, 2 for bad input.
     """
-    from uavbridge import config
-
-    loaded = config.load(mission, _keys(options))
+    loaded = _load(mission, connect, options)
     from uavbridge.runner.launch import launch as fly  # late: it takes a second to import
 
     try:
-        outcome = fly(loaded, web=web)
+        outcome = fly(
+            loaded,
+            web=web,
+            adopt_home=mission is None and bool(connect),
+            adopt_speed=options["speed"] is None,
+        )
     except (BusError, LinkError) as error:
         raise error.at(mission or "built-in example") from None
     if loaded.json:
@@ -128,6 +169,8 @@ def planners(as_json: bool) -> None:
         listing.show(found)
 
 
+main.add_command(agent)
+main.add_command(router)
 main.add_command(monitor)
 main.add_command(command)
 main.add_command(record)

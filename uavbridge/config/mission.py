@@ -149,6 +149,13 @@ class Mission(Table, frozen=True):
         """Where the agent's vehicle is found; None: it is simulated."""
         return next((each.endpoint for each in self.agents if each.id == agent), None)
 
+    def apart(self) -> frozenset[int]:
+        """Agents that do not fly in the launcher's own process (paced missions only)."""
+        if self.clock == "stepped":
+            return frozenset()
+        everybody = frozenset(member.id for member in self.team())
+        return everybody if self.bus.agents_per_process else frozenset(self.bus.remote)
+
     def target_cells(self) -> tuple[tuple[int, int], ...]:
         """(column, row) of the true targets, each cell once, in the file's order."""
         cells = [self.grid.cell_of(target.position) for target in self.targets]

@@ -20,7 +20,12 @@ from uavbridge.config.starts import Member
 from uavbridge.errors import ConfigError
 from uavbridge.mavlink.urls import parse_url
 
-_MAY_BE_INFINITE = {("radio", "range_m"), ("safety", "beacon_range_m")}
+_MAY_BE_INFINITE = {
+    ("radio", "range_m"),
+    ("radio", "frame_bytes"),
+    ("radio", "keyframe_s"),
+    ("safety", "beacon_range_m"),
+}
 _ENDPOINT = re.compile(r"(tcp|udp|tls|quic|ws|unixsock-stream)/\S+")
 _LAST_PORT = 65535
 _FARTHEST_M = 1e9  # beyond it no area reaches, and a cell's number is no whole number any more
@@ -44,9 +49,17 @@ def check(mission: Mission, planners: Mapping[str, PlannerKind]) -> None:
         starts = zip(_start_keys(mission, team), [member.start for member in team], strict=True)
         check_on_ground(mission, terrain, list(starts))
     _endpoints(mission)
+    _remote(mission, team)
     _simulation(mission)
     _known(("belief", "merge"), "merge rule", mission.belief.merge, MERGE_RULES)
     _planner(mission, planners)
+
+
+def _remote(mission: Mission, team: tuple[Member, ...]) -> None:
+    known = {member.id for member in team}
+    for index, agent in enumerate(mission.bus.remote):
+        if agent not in known:
+            raise FieldError(("bus", "remote", index), "is not in the team", agent)
 
 
 def _numbers(value: Any, path: KeyPath) -> None:
@@ -157,6 +170,9 @@ def _endpoints(mission: Mission) -> None:
                 parse_url(agent.endpoint)
             except ConfigError as error:
                 raise FieldError(("agents", index, "endpoint"), str(error)) from None
+            if mission.clock == "stepped":
+                what = f"stepped time has no vehicles elsewhere, as agent {agent.id}'s"
+                raise FieldError(("clock",), what)
 
 
 def _simulation(mission: Mission) -> None:

@@ -90,6 +90,13 @@ class Sensor(Table, frozen=True):
             description="0: one reading on entering a cell; else one a period inside too",
         ),
     ] = 0.0
+    simulated: Annotated[
+        bool,
+        Meta(
+            description="vehicles that are not simulated look from where they say that they are; "
+            "false: detectors of your own publish on obs/<agent> for them"
+        ),
+    ] = True
 
 
 class Belief(Table, frozen=True):
@@ -120,10 +127,18 @@ class Radio(Table, frozen=True):
     range_m: Annotated[
         float, Meta(gt=0.0, description="inf, the default: everybody hears everybody")
     ] = inf
+    frame_bytes: Annotated[
+        float,
+        Meta(ge=128.0, description="the most that a frame may have; inf: no limit"),
+    ] = 1200.0
     keyframe_s: Annotated[
         float,
-        Meta(gt=0.0, le=86400.0, description="time between two full maps of one agent"),
-    ] = 10.0
+        Meta(
+            gt=0.0,
+            description="time between two frames with all that is known; inf: who lacks something "
+            "asks for it",
+        ),
+    ] = inf
 
 
 class Safety(Table, frozen=True):
@@ -167,12 +182,30 @@ class Bus(Table, frozen=True):
     router: Annotated[
         str | None, Meta(description="endpoint of an external router; then none is embedded")
     ] = None
+    agents_per_process: Annotated[
+        int,
+        Meta(
+            ge=0,
+            le=MAX_VEHICLES,
+            description="agents in each child process; 0: all in the launcher's own",
+        ),
+    ] = 0
+    remote: Annotated[
+        tuple[AgentId, ...],
+        Meta(description="agents that `uavbridge agent` flies, here or on other machines"),
+    ] = ()
+    wait_s: Annotated[
+        float, Meta(ge=0.0, le=86400.0, description="how long to wait for those agents at start")
+    ] = 60.0
 
 
 class Simulator(Table, frozen=True):
     """The simulated vehicles."""
 
     step_s: Annotated[float, Meta(ge=0.001, le=0.1, description="of the integration")] = 0.02
+    host: Annotated[
+        str, Meta(description="address at which agents of other processes find their vehicles")
+    ] = "127.0.0.1"
     ports: Annotated[
         Literal["auto"] | Port,
         Meta(description='UDP ports of the vehicles: first of a row, or "auto": free ones'),

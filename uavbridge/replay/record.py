@@ -18,7 +18,7 @@ from uavbridge.recording.recorder import Recorder
 
 POLL_S = 0.05
 FIRST_WORD_S = 3.0
-_ENDED = {phase.value for phase in ENDED}
+ENDED_PHASES = frozenset(phase.value for phase in ENDED)
 
 
 class Listener:
@@ -41,7 +41,7 @@ class Listener:
     @property
     def ended(self) -> bool:
         """Every agent that was heard of has landed or failed."""
-        return bool(self.phases) and all(phase in _ENDED for phase in self.phases.values())
+        return bool(self.phases) and all(phase in ENDED_PHASES for phase in self.phases.values())
 
     def take(self, sample: Sample) -> None:
         """One sample; what is not recorded, or does not read, is left out."""

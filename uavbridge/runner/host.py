@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from planners.types import Reading, Signal
 from uavbridge.agent.agent import Agent
 from uavbridge.agent.effects import Answer, Decided, Do, Effect, Inputs, Publish, Shine
-from uavbridge.agent.orders import Order, encode_ack
+from uavbridge.agent.orders import Order, Verb, encode_ack
 from uavbridge.agent.orders import decode as decode_order
 from uavbridge.agent.phases import ENDED
 from uavbridge.agent.plan import AgentPlan
@@ -104,6 +104,7 @@ class AgentHost:
         self._heard = heard
         self.rejects: Counter[str] = Counter()  # malformed readings and orders
         self.events: list[Event] = []
+        self._homewards = False
         self.seats = [self._seat(plan, vehicles[plan.agent]) for plan in plans]
 
     def _seat(self, plan: AgentPlan, vehicle: Vehicle) -> Seat:
@@ -121,6 +122,10 @@ class AgentHost:
     def ended(self) -> bool:
         """Every agent has landed or failed."""
         return all(seat.agent.phase in ENDED for seat in self.seats)
+
+    def call_home(self) -> None:
+        """Have all agents of this process return and land."""
+        self._homewards = True
 
     def step(self, t_us: int, *, late_s: float = 0.0) -> None:
         """One control tick of every agent, ascending ids.
@@ -141,6 +146,8 @@ class AgentHost:
                 self._recorder.write(f"heard/{receiver}", t_us, rows)
         beacons = self._beacons.receive(where, t_us)
         to_all = _orders([sample.data for sample in self._everybody.drain()], self.rejects)
+        if self._homewards:
+            to_all += (Order(Verb.RETURN),)
         for seat, state, happened in zip(self.seats, states, events, strict=True):
             agent = seat.agent.plan.agent
             readings, signals = self._sensed(seat, t_us)

@@ -97,6 +97,7 @@ class Judge:
         self.reports: dict[int, AgentReport] = {}
         self.declared: dict[tuple[int, int], Found] = {}
         self.reached: dict[int, Found] = {}  # by target, where targets give signals
+        self.dead: dict[int, int] = {}  # mission time of the death of an agent's process
         self.samples: list[Sample] = []
         self.tracks: dict[int, list[tuple[float, float, float]]] = {}
         self.separation = SeparationWatch()
@@ -117,6 +118,8 @@ class Judge:
         self._orders = bus.subscribe(keys.cmd())
         self._simulated = False
         self._silence_s = assemble.patience(mission, SILENCE_S)
+        self._late_s = assemble.patience(mission, mission.bus.wait_s)  # of other processes
+        self._apart = mission.apart()
         self._record = encode_record(MissionRecord(to_toml(mission), mission.seed, mission.clock))
         bus.serve(keys.MISSION, lambda _key: self._record)
         self._chronicle = Chronicle(bus)
@@ -152,8 +155,9 @@ class Judge:
         for sample in self._truth.drain():
             truth = decode_truth(sample.data, self.rejects)
             if truth is not None:
-                self._simulated = True
-                self.separation.add(truth.t_us, truth.position)
+                self._simulated = set(truth.ids) == set(self._team)
+                if self._simulated:
+                    self.separation.add(truth.t_us, truth.position)
                 if self._recorder:
                     self._recorder.write("truth", truth.t_us, sample.data)
         for sample in self._states.drain():
@@ -291,7 +295,7 @@ class Judge:
     def _gone(self, agent: int, t_us: int) -> bool:
         report = self.reports.get(agent)
         if report is None:
-            return to_s(t_us) > self._silence_s
+            return to_s(t_us) > (self._late_s if agent in self._apart else self._silence_s)
         return report.phase in _ENDED or to_s(t_us - report.t_us) > self._silence_s
 
     def _separation_by_reports(self, t_us: int) -> None:
@@ -303,7 +307,9 @@ class Judge:
         texts = []
         for agent in self._team:
             report = self.reports.get(agent)
-            if report is None:
+            if agent in self.dead:
+                texts.append(f"agent {agent}: its process died at {to_s(self.dead[agent]):.1f} s")
+            elif report is None:
                 texts.append(f"agent {agent}: never reported")
             elif report.phase == _FAILED or report.failure:
                 texts.append(f"agent {agent}: {report.failure or 'failed'}")

@@ -1,10 +1,11 @@
 """The simulation's process, from outside (``Simulation``) and from inside (``main``).
 
 The child is told on standard input: the mission with its targets, the UDP port of
-each agent's vehicle, and the router. It answers ``ready``, gets the moment of
-mission start, and then how far simulated time may go, so that it stays with the
-agents where the machine is too slow. It runs until its standard input closes:
-whatever happens to its parent, it ends.
+each agent's vehicle, and the router. It answers ``ready`` with the ports that its
+vehicles speak from, gets the moment of mission start, and then how far simulated time
+may go, so that it stays with the agents where the machine is too slow. It ends when its
+standard input closes, whatever became of its parent; but where agents have processes of
+their own, and nobody said goodbye, only when no vehicle is armed any more.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import sys
 import threading
 from collections import Counter
 from contextlib import suppress
+from math import inf
 from types import TracebackType
 from typing import BinaryIO, Self
 
@@ -30,24 +32,27 @@ from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
 from uavbridge.bus.messages import decode_truth
 from uavbridge.bus.zenoh_bus import ZenohBus
-from uavbridge.clock import PacedClock
+from uavbridge.clock import SECOND_US, PacedClock
 from uavbridge.config import Mission
 from uavbridge.errors import UavbridgeError
 from uavbridge.runner import assemble
-from uavbridge.runner.control import CONTROL_US, LOOPBACK
+from uavbridge.runner.child import end, spawn
+from uavbridge.runner.control import CONTROL_US
 from uavbridge.runner.world import SimulatedWorld, world_of
 
 START_IN_S = 0.1  # from the word to mission start
 READY = "ready"
-PATIENCE_S = 5.0  # for a child that was told to end
+GOODBYE = b"end\n"
+IDLE_US = 10 * SECOND_US  # without a parent it ends when no vehicle was armed for so long
 
 
 class Setup(Struct, frozen=True):
     """What the child is told first."""
 
     mission: Mission
-    ports: dict[int, int]  # agent -> UDP port its vehicle speaks to
+    ports: dict[int, int]  # agent -> UDP port its vehicle speaks to; 0: it waits to be spoken to
     router: str
+    lingers: bool = False  # it outlives its parent until the vehicles are down
 
 
 class Simulation:
@@ -55,39 +60,45 @@ class Simulation:
 
     Args:
         mission: with targets.
-        ports: UDP port on loopback for the vehicle of each simulated agent; none: no child.
+        ports: UDP port on loopback for the vehicle of each simulated agent; 0: the vehicle
+            waits to be spoken to, at ``simulator.host``; none: no child.
         router: zenoh endpoint for readings and true positions.
+        lingers: without a goodbye it ends only when no vehicle is armed any more.
     """
 
-    def __init__(self, mission: Mission, ports: dict[int, int], router: str) -> None:
+    def __init__(
+        self, mission: Mission, ports: dict[int, int], router: str, *, lingers: bool = False
+    ) -> None:
         self._speed = mission.speed
+        self._agents = sorted(ports)
         self._process: subprocess.Popen[bytes] | None = None
         if not ports:
             return
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "uavbridge.runner.simulation"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C is for the parent to act on
-            env={**os.environ, "PYTHONPATH": _module_path(), "PYTHONSAFEPATH": "1"},
-        )
-        setup = msgspec.msgpack.encode(Setup(mission, ports, router))
+        self._process = spawn(["uavbridge.runner.simulation"])
+        setup = msgspec.msgpack.encode(Setup(mission, ports, router, lingers))
         self._say(b"%d\n" % len(setup) + setup)
 
-    def start(self) -> PacedClock:
-        """Wait for the child to be ready and let mission time begin; the clock both share.
+    def ready(self) -> dict[int, int]:
+        """Wait for the child; the port that each agent's vehicle speaks from.
 
         Raises:
             UavbridgeError: the simulation could not start.
         """
         if self._process is None:
-            return PacedClock(self._speed)
+            return {}
         assert self._process.stdout is not None
         answer = self._process.stdout.readline().decode().strip()
-        if answer != READY:
+        if not answer.startswith(READY):
             why = f": {answer}" if answer else ""
             raise UavbridgeError(f"the simulation could not start{why}")
-        epoch_ns = PacedClock(self._speed).epoch_ns + int(START_IN_S * 1e9)
+        ports = map(int, answer.removeprefix(READY).split())
+        return dict(zip(self._agents, ports, strict=True))
+
+    def start(self, in_s: float = START_IN_S) -> PacedClock:
+        """Let mission time begin, once the child is ready; the clock both share."""
+        if self._process is None:
+            return PacedClock(self._speed)
+        epoch_ns = PacedClock(self._speed).epoch_ns + int(in_s * 1e9)
         self._say(b"%d\n" % epoch_ns)
         assert self._process.stdin is not None
         os.set_blocking(self._process.stdin.fileno(), False)
@@ -110,16 +121,7 @@ class Simulation:
         """End the child."""
         if self._process is None:
             return
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        with suppress(BrokenPipeError):  # it died; what is left to say does not matter
-            self._process.stdin.close()
-        try:
-            self._process.wait(PATIENCE_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        self._process.stdout.close()
+        end(self._process, GOODBYE)
         self._process = None
 
     def _say(self, data: bytes) -> None:
@@ -159,11 +161,6 @@ class Reached:
         return self._t_us
 
 
-def _module_path() -> str:
-    """Where this process finds its modules: the child finds the same ones, wherever it starts."""
-    return os.pathsep.join(path or os.getcwd() for path in sys.path)
-
-
 def main() -> int:
     """The child: serve the vehicles until standard input closes."""
     try:
@@ -186,29 +183,57 @@ def _serve_parent(told: BinaryIO) -> None:
     fleet = assemble.fleet_of(setup.mission, agents)
     with ZenohBus(setup.router, setup.mission.name) as bus:
         world = world_of(setup.mission, fleet, agents, bus)
-        _answer(READY)
+        ports = UdpPorts(
+            setup.mission.simulator.host, [setup.ports[agent] or None for agent in agents]
+        )
+        _answer(" ".join([READY, *map(str, ports.local_ports)]))
         epoch = told.readline()
         if epoch:
-            asyncio.run(_serve(fleet, world, setup, int(epoch)))
+            asyncio.run(_serve(fleet, world, ports, setup, int(epoch)))
 
 
-async def _serve(fleet: Fleet, world: SimulatedWorld, setup: Setup, epoch_ns: int) -> None:
+class _Orphan:
+    """Whether vehicles without a parent still need their simulation."""
+
+    def __init__(self, fleet: Fleet) -> None:
+        self._fleet = fleet
+        self._armed_us = fleet.now_us
+
+    def idle(self, t_us: int) -> bool:
+        if self._fleet.truth().armed.any():
+            self._armed_us = t_us
+        return t_us - self._armed_us > IDLE_US
+
+
+async def _serve(
+    fleet: Fleet, world: SimulatedWorld, ports: UdpPorts, setup: Setup, epoch_ns: int
+) -> None:
     loop, stop = asyncio.get_running_loop(), asyncio.Event()
+    allowed_us: float = 0
+    orphan: _Orphan | None = None
 
-    allowed_us = 0
+    def lose_parent(goodbye: bool) -> None:
+        nonlocal allowed_us, orphan
+        if goodbye or not setup.lingers:
+            stop.set()
+        else:
+            allowed_us, orphan = inf, _Orphan(fleet)
 
     def follow_parent() -> None:
         nonlocal allowed_us
+        line = b""
         for line in sys.stdin.buffer:
-            allowed_us = int(line)
-        loop.call_soon_threadsafe(stop.set)
+            if line != GOODBYE:
+                allowed_us = int(line)
+        loop.call_soon_threadsafe(lose_parent, line == GOODBYE)
 
     def look(_fleet: Fleet, t_us: int) -> None:
         if t_us % CONTROL_US == 0:
             world.step(t_us)
+            if orphan is not None and orphan.idle(t_us):
+                stop.set()
 
     threading.Thread(target=follow_parent, daemon=True).start()
-    ports = UdpPorts(LOOPBACK, [setup.ports[agent] for agent in sorted(setup.ports)])
     # What is lost is lost: agents and vehicles wait for each other, and the view shows the
     # speed that comes of it.
     logging.getLogger("sim_vehicles").setLevel(logging.ERROR)

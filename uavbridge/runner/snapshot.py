@@ -54,5 +54,6 @@ def snapshot_of(t_us: int, judge: Judge) -> Snapshot:
         status=judge.verdict.value,
         alerts=tuple(
             f"agent {report.agent}: {report.failure}" for report in reports if report.failure
-        ),
+        )
+        + tuple(f"agent {agent}: its process died" for agent in sorted(judge.dead)),
     )

@@ -1,0 +1,85 @@
+"""``uavbridge agent`` and ``uavbridge router``: parts of a mission in processes of their own."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from uavbridge.cli.command import ROUTER
+from uavbridge.errors import ConfigError
+
+
+@click.command()
+@click.argument("mission", type=click.Path(allow_dash=True))
+@click.option("--id", "ids", type=int, multiple=True, required=True, help="Agent; may be repeated.")
+@click.option("--router", metavar="ENDPOINT", default=ROUTER, show_default=True, help="Of the bus.")
+@click.option("--connect", multiple=True, metavar="URL", help="Vehicles, in the order of --id.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for the recording.")
+@click.option("--wait", type=float, default=60.0, show_default=True, help="For the launcher, s.")
+@click.pass_context
+def agent(
+    ctx: click.Context,
+    mission: str,
+    ids: tuple[int, ...],
+    router: str,
+    connect: tuple[str, ...],
+    out: Path | None,
+    wait: float,
+) -> None:
+    """Fly single agents of MISSION (a TOML file; -: standard input), on a machine of their own.
+
+    The launcher of the mission counts on them by its key bus.remote. They may be started before
+    it or after. Exit status: 0 when all landed, 1 when something went wrong, 2 for bad input.
+    """
+    from uavbridge import config
+
+    loaded = (
+        config.parse(sys.stdin.read(), "standard input") if mission == "-" else config.load(mission)
+    )
+    team = loaded.scenario().team
+    for number in ids:
+        if number not in team:
+            raise ConfigError(f"--id: {number} is not in the team ({team[0]} to {team[-1]})")
+    if len(set(ids)) < len(ids):
+        raise ConfigError("--id: the same agent twice")
+    if len(connect) > len(ids):
+        raise ConfigError(f"--connect: {len(connect)} vehicles for {len(ids)} agents")
+    if out is not None:
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as fault:
+            raise ConfigError(f"--out: cannot write to {out}: {fault.strerror}") from None
+    from uavbridge.runner.assemble import planner_of
+    from uavbridge.runner.elsewhere import fly_elsewhere
+    from uavbridge.runner.interrupts import interrupts
+
+    with interrupts("these agents return; once more (Ctrl-C) stops at once") as stop:
+        failures = fly_elsewhere(
+            loaded,
+            sorted(ids),
+            planner_of,
+            router=router,
+            endpoints=dict(zip(ids, connect, strict=False)),
+            folder=out,
+            wait_s=wait,
+            stop=stop,
+            tell=lambda text: click.echo(text),
+        )
+    for failure in failures:
+        click.echo(failure, err=True)
+    ctx.exit(1 if failures else 0)
+
+
+@click.command()
+@click.option("--listen", metavar="ENDPOINT", default="auto", show_default=True, help="Its own.")
+@click.option("--connect", multiple=True, metavar="ENDPOINT", help="Another router to link to.")
+@click.option("--lingers", is_flag=True, hidden=True)
+def router(listen: str, connect: tuple[str, ...], lingers: bool) -> None:
+    """Run a zenoh router for missions, until Ctrl-C; prints its endpoint."""
+    from uavbridge.runner.interrupts import interrupts
+    from uavbridge.runner.router import route
+
+    with interrupts("the router ends") as stop:
+        route(listen, connect, lingers=lingers, stop=stop, ready=click.echo)

@@ -1,0 +1,196 @@
+"""Agents of a mission in a process of their own: ``uavbridge agent``.
+
+The loop is that of every other runner; clock and vehicles come from the launcher's briefing.
+It needs the launcher only to begin: an agent that lost it flies on by its mission's own rules.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+import msgspec
+
+from planners.planner import Planner
+from uavbridge.bus.zenoh_bus import ZenohBus
+from uavbridge.clock import SECOND_US, LedClock, PacedClock, to_s, wall_date
+from uavbridge.config import Mission, parse, to_toml
+from uavbridge.errors import ConfigError, UavbridgeError
+from uavbridge.mavlink.urls import open_link
+from uavbridge.recording.recorder import Recorder
+from uavbridge.recording.topics import MissionRecord
+from uavbridge.runner import assemble
+from uavbridge.runner.briefing import Agreement, Briefing, agree, wait_for
+from uavbridge.runner.control import CONTROL_US, LATE_TICKS, LEAD_US, build_host, logged
+from uavbridge.runner.folder import as_flown
+from uavbridge.runner.host import AgentHost
+from uavbridge.runner.outcome import versions
+from uavbridge.runner.pace import Pace
+from uavbridge.runner.simulation import Reached
+from uavbridge.vehicle.mavlink import MavlinkVehicle
+
+# Of a machine, not of the mission: these may differ from the launcher's.
+_OWN = ("agents", "bus", "clock", "headless", "json", "out", "recording", "simulator", "targets")
+
+_log = logging.getLogger(__name__)
+
+
+def fly_elsewhere(
+    mission: Mission,
+    agents: Sequence[int],
+    planner: Callable[[Mission], Planner],
+    *,
+    router: str,
+    endpoints: Mapping[int, str],
+    folder: Path | None,
+    wait_s: float,
+    stop: Callable[[], bool],
+    tell: Callable[[str], None] = _log.info,
+) -> tuple[str, ...]:
+    """Fly some agents of a mission that a launcher elsewhere leads.
+
+    Args:
+        mission: as its file says here; what differs from the launcher's is an error.
+        agents: ids of those flown here.
+        planner: binds the mission's planner.
+        router: zenoh endpoint.
+        endpoints: where the vehicles are, by agent; the others are the launcher's simulated ones.
+        folder: for the recording; None: none.
+        wait_s: how long to wait for router and launcher.
+        stop: asked at every tick; True calls these agents home.
+        tell: is told what people need to know.
+
+    Returns:
+        What went wrong, a line each.
+
+    Raises:
+        BusError: no router, or no launcher, within ``wait_s``.
+        ConfigError: the launcher flies another mission, or has not these agents.
+        LinkError: a port is in use.
+    """
+    with ExitStack() as stack:
+        bus = stack.enter_context(ZenohBus(router, mission.name, wait_s=wait_s))
+        here = Pace(bus, agents)
+        tell(f"agents {_listed(agents)}: router {router}, waiting for the mission to begin")
+        told = wait_for(bus, lambda _: True, wait_s=wait_s)
+        _compare(mission, told)
+        plans = [
+            plan
+            for plan in assemble.agent_plans(mission.for_agents(), planner(mission))
+            if plan.agent in agents
+        ]
+        links = {
+            agent: open_link(_endpoint(mission, agent, endpoints, told), agent) for agent in agents
+        }
+        for link in links.values():
+            stack.callback(link.close)
+        recorder = stack.enter_context(_recorder(mission, folder))
+        paced = PacedClock(mission.speed)
+        clock = LedClock(paced, Reached(bus), lead_us=LEAD_US)
+        vehicles = {
+            agent: MavlinkVehicle(
+                logged(mission, link, agent, recorder, clock),
+                agent,
+                origin=assemble.origin(mission),
+                link_timeout_s=assemble.patience(mission, 3.0),
+            )
+            for agent, link in links.items()
+        }
+        host = build_host(mission, plans, vehicles, bus, recorder)
+        wait_for(bus, lambda b: b.t_us is not None, wait_s=wait_s, meanwhile=_waiting(here, stop))
+        agreed = agree(bus)
+        tell(_told(agreed))
+        paced.epoch_ns = agreed.epoch_ns
+        _fly(host, clock, here, stop)
+        return tuple(
+            f"agent {seat.agent.plan.agent}: {seat.agent.flight.failure}"
+            for seat in host.seats
+            if seat.agent.flight.failure
+        )
+
+
+def _recorder(mission: Mission, folder: Path | None) -> Recorder:
+    recorder = Recorder(
+        folder,
+        mission_name=mission.name,
+        epoch_ns=int(wall_date().timestamp()) * SECOND_US * 1000,
+        mcap=mission.recording.mcap,
+    )
+    text = to_toml(as_flown(mission))
+    recorder.record("mission", 0, MissionRecord(text, mission.seed, mission.clock, versions()))
+    return recorder
+
+
+def _fly(host: AgentHost, clock: LedClock, here: Pace, stop: Callable[[], bool]) -> None:
+    """Control ticks until the agents have landed, or given up."""
+    t_us = clock.now_us() // CONTROL_US * CONTROL_US
+    ended_us: int | None = None
+    while ended_us is None or t_us <= ended_us + SECOND_US:  # the last report goes out
+        clock.wait_until(t_us)
+        if stop():
+            host.call_home()
+        host.step(t_us, late_s=to_s(clock.now_us() - t_us))
+        here.tell(t_us)
+        if host.ended and ended_us is None:
+            ended_us = t_us
+        t_us += CONTROL_US
+        while t_us % SECOND_US and clock.now_us() - t_us > LATE_TICKS * CONTROL_US:
+            t_us += CONTROL_US
+
+
+def _waiting(here: Pace, stop: Callable[[], bool]) -> Callable[[], bool]:
+    """Says that these agents are there, and asks whether to wait on."""
+
+    def look() -> bool:
+        here.tell(-1)
+        return stop()
+
+    return look
+
+
+def _endpoint(mission: Mission, agent: int, endpoints: Mapping[int, str], told: Briefing) -> str:
+    url = endpoints.get(agent) or mission.endpoint(agent) or told.vehicles.get(str(agent))
+    if url is None:
+        raise UavbridgeError(
+            f"agent {agent}: no vehicle; give --connect or an endpoint in the mission, or have "
+            "the launcher simulate it (bus.remote)"
+        )
+    return url
+
+
+def _compare(mission: Mission, told: Briefing) -> None:
+    """Raises ConfigError naming the first key that the launcher has otherwise."""
+    here = _shared(mission)
+    there = _shared(parse(told.mission, "the launcher's mission"))
+    for key in sorted(here.keys() | there.keys()):
+        if here.get(key) != there.get(key):
+            raise ConfigError(
+                f"{key}: {here.get(key)!r} in the mission here, "
+                f"{there.get(key)!r} in the one that the launcher flies"
+            )
+
+
+def _shared(mission: Mission) -> dict[str, object]:
+    plain = msgspec.structs.replace(mission, targets=()).plain()
+    flat: dict[str, object] = {}
+    for key, value in plain.items():
+        if key in _OWN:
+            continue
+        if isinstance(value, dict):
+            flat.update({f"{key}.{part}": inner for part, inner in value.items()})
+        else:
+            flat[key] = value
+    return flat
+
+
+def _listed(agents: Sequence[int]) -> str:
+    return ", ".join(map(str, agents))
+
+
+def _told(agreed: Agreement) -> str:
+    return (
+        f"mission time agreed within {agreed.error_s * 1e3:.1f} ms; this machine's date is "
+        f"{agreed.date_offset_s * 1e3:+.1f} ms off the launcher's"
+    )

@@ -1,0 +1,76 @@
+"""How far each process of agents is, so that the simulation does not run away from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from msgspec import DecodeError, Struct
+from msgspec.json import Decoder, Encoder
+
+from uavbridge.bus import keys
+from uavbridge.bus.api import Bus
+from uavbridge.bus.text import read
+from uavbridge.clock import wall_s
+
+PATIENCE_S = 2.0  # wall time after which a process that says nothing is not waited for
+
+
+class Here(Struct, frozen=True):
+    """JSON on ``pace/<first agent>``."""
+
+    agents: list[int]
+    t_us: int  # mission time that they are done with; -1: they wait for the beginning
+
+
+_ENCODER = Encoder()
+_DECODER = Decoder(Here)
+
+
+class Pace:
+    """Tells how far the agents of this process are."""
+
+    def __init__(self, bus: Bus, agents: Sequence[int]) -> None:
+        self._bus = bus
+        self._agents = list(agents)
+        self._key = keys.pace(min(agents))
+
+    def tell(self, t_us: int) -> None:
+        """Done with ``t_us``."""
+        self._bus.publish(self._key, _ENCODER.encode(Here(self._agents, t_us)))
+
+
+class Followed:
+    """What the launcher knows of the processes.
+
+    Args:
+        bus: its session.
+    """
+
+    def __init__(self, bus: Bus) -> None:
+        self._mailbox = bus.subscribe(keys.pace("*"))
+        self._reached: dict[str, tuple[Here, float]] = {}
+
+    def poll(self) -> None:
+        """Take in what the bus brought."""
+        for sample in self._mailbox.drain():
+            try:
+                here = read(_DECODER, sample.data)
+            except DecodeError:
+                continue
+            self._reached[sample.key] = (here, wall_s())
+
+    def here(self) -> frozenset[int]:
+        """Agents that somebody has spoken for lately."""
+        return frozenset(agent for here in self._lately() for agent in here.agents)
+
+    def slowest_us(self, agents: Iterable[int]) -> int | None:
+        """Mission time that all processes of these agents are done with.
+
+        Who has been silent for a while does not count; None: nobody has spoken lately.
+        """
+        wanted = set(agents)
+        return min((h.t_us for h in self._lately() if wanted & set(h.agents)), default=None)
+
+    def _lately(self) -> list[Here]:
+        since_s = wall_s() - PATIENCE_S
+        return [here for here, heard_s in self._reached.values() if heard_s >= since_s]
