@@ -37,6 +37,7 @@ from uavbridge.vehicle.api import (
 )
 
 AT_HEIGHT_M = 1.5
+AT_START_M = 5.0
 OVER_HOME_M = 1.5
 SLOWEST_CLIMB_M_S = 0.5  # of a vehicle that takes off
 STRANGE_MODE_S = 1.5  # a mode we did not ask for, for so long: somebody has the vehicle
@@ -61,6 +62,7 @@ class Flight:
         self.plan = plan
         self.phase = Phase.CONNECT
         self.home: Vector = plan.start
+        self._way = plan.envelope  # on the way from home and back
         self.distance_m = 0.0
         self.failure = ""
         self.limited_by: tuple[str, ...] = ()
@@ -123,6 +125,7 @@ class Flight:
                 self._settle(ASKED_BY.get(type(command), frozenset()), reason, inputs.t_us)
             case Done(Arm()) if self.phase is Phase.ARM:
                 self.home = _vector(inputs.state)
+                self._way = self.plan.envelope.holding(self.home)
                 self._enter(Phase.TAKEOFF, inputs.t_us)
             case Done(Follow()) if self.phase is Phase.TAKEOFF:
                 self._enter(Phase.CLIMB, inputs.t_us)
@@ -289,12 +292,13 @@ class Flight:
         vx, vy, vz = state.velocity.tolist()
         velocity = self._steer(position, t_us, setpoint, traffic)
         near_ground = self.phase in (Phase.CLIMB, Phase.DESCEND, Phase.LAND)
+        searches = self.phase in (Phase.SEARCH, Phase.PAUSE)
         safe = constrain(
             velocity,
             position,
             (vx, vy, vz),
             traffic,
-            self.plan.envelope,
+            self.plan.envelope if searches else self._way,
             keep_band=not near_ground,
         )
         self.limited_by = safe.limited_by
@@ -306,7 +310,8 @@ class Flight:
         """The velocity wanted in this phase; goes on to the next phase where this one is done."""
         plan = self.plan
         if self.phase is Phase.CLIMB:
-            if abs(position[2] - plan.start[2]) < AT_HEIGHT_M:
+            off_m = hypot(position[0] - plan.start[0], position[1] - plan.start[1])
+            if abs(position[2] - plan.start[2]) < AT_HEIGHT_M and off_m < AT_START_M:
                 self._enter(Phase.SEARCH, t_us)
             return towards(plan.start, position, plan.envelope.speed_m_s)
         if self.phase is Phase.SEARCH:

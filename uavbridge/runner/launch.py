@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 
 import msgspec
 from rich.console import Console
@@ -25,6 +26,7 @@ from uavbridge.report.page import write_report
 from uavbridge.report.result import MissionResult
 from uavbridge.report.summary import summary_json, summary_text
 from uavbridge.runner import assemble
+from uavbridge.runner.attach import Attached, attach
 from uavbridge.runner.folder import as_flown, prepare
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.interrupts import interrupts
@@ -39,20 +41,39 @@ HOMEWARDS = "all vehicles return; once more (Ctrl-C) stops at once"
 _log = logging.getLogger(__name__)
 
 
-def launch(mission: Mission, *, kind: PlannerKind | None = None, web: bool = False) -> Outcome:
+def launch(
+    mission: Mission,
+    *,
+    kind: PlannerKind | None = None,
+    web: bool = False,
+    adopt_home: bool = False,
+    adopt_speed: bool = False,
+) -> Outcome:
     """Fly, record, report.
 
     Args:
         mission: checked, with targets.
         kind: the planner; None: the installed one that the mission names.
         web: serve the mission's page while it flies.
+        adopt_home: the origin moves to the home of the first vehicle that has an endpoint.
+        adopt_speed: where vehicles have endpoints, fly as fast as their clocks go.
 
     Raises:
         UavbridgeError: it cannot be flown; the message says why.
     """
     console = SteadyConsole(stderr=mission.json)
     aside = _page(mission, console) if web else None
-    result = fly_and_report(mission, None, kind=kind, console=console, aside=aside)
+    with attach(
+        mission, adopt_home=adopt_home, adopt_speed=adopt_speed, tell=console.print
+    ) as attached:
+        result = fly_and_report(
+            attached.mission,
+            None,
+            kind=kind,
+            console=console,
+            aside=aside,
+            attached=attached.vehicles,
+        )
     good = result.reached_goal and not result.failures
     return Outcome(
         summary=msgspec.json.decode(summary_json(result)),
@@ -68,10 +89,11 @@ def fly_and_report(
     kind: PlannerKind | None = None,
     console: Console | None = None,
     aside: Aside | None = None,
+    attached: Mapping[int, Attached] = MappingProxyType({}),
 ) -> MissionResult:
     """Fly a mission and leave recording, report and summary in a folder; see ``prepare``."""
     folder = prepare(mission, folder)
-    result = fly(mission, folder=folder, kind=kind, console=console, aside=aside)
+    result = fly(mission, folder=folder, kind=kind, console=console, aside=aside, attached=attached)
     try:
         write_report(result, folder)
     except OSError as fault:
@@ -86,6 +108,7 @@ def fly(
     kind: PlannerKind | None = None,
     console: Console | None = None,
     aside: Aside | None = None,
+    attached: Mapping[int, Attached] = MappingProxyType({}),
 ) -> MissionResult:
     """Fly a mission; write its recording to ``folder``, unless that is None."""
     planner = assemble.planner_of(mission, kind)
@@ -125,6 +148,7 @@ def fly(
                 stop=stop,
                 tell=tell,
                 aside=aside,
+                attached=attached,
             )
         result = result_of(
             flown.judge,

@@ -9,8 +9,9 @@ links and mailboxes are drained when a control tick is due, and nothing blocks.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
+from types import MappingProxyType
 from typing import TypeAlias
 
 from planners.planner import Planner
@@ -23,15 +24,27 @@ from uavbridge.mavlink.udp import UdpLink
 from uavbridge.mavlink.urls import open_link
 from uavbridge.recording.recorder import Recorder
 from uavbridge.runner import assemble
-from uavbridge.runner.control import CONTROL_US, LOOPBACK, Flown, Progress, build_host, logged
+from uavbridge.runner.attach import Attached
+from uavbridge.runner.control import (
+    AHEAD_US,
+    CONTROL_US,
+    LATE_TICKS,
+    LEAD_US,
+    LOOPBACK,
+    Flown,
+    Progress,
+    build_host,
+    logged,
+)
+from uavbridge.runner.crew import Crew
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.judge import Judge
+from uavbridge.runner.payloads import Payloads
+from uavbridge.runner.router import RouterProcess
 from uavbridge.runner.simulation import Reached, Simulation
 from uavbridge.vehicle.mavlink import MavlinkVehicle
 
-LEAD_US = 2 * CONTROL_US  # so far agents may be ahead of the simulation
-AHEAD_US = 3 * CONTROL_US  # and so far the simulation ahead of them
-LATE_TICKS = 5  # so many ticks late, the next ones but those on a full second are left out
+BRIEFED_IN_S = 1.5  # from the briefing of other processes to mission start
 
 Aside: TypeAlias = Callable[[str], AbstractContextManager[None]]
 
@@ -47,6 +60,7 @@ def fly_paced(
     stop: Callable[[], bool],
     tell: Callable[[str], None] = _log.info,
     aside: Aside | None = None,
+    attached: Mapping[int, Attached] = MappingProxyType({}),
 ) -> Flown:
     """Fly a whole mission.
 
@@ -58,17 +72,25 @@ def fly_paced(
         stop: asked at every tick; True calls all home.
         tell: is told what people need to know at the start.
         aside: entered with the router's endpoint, left at the end.
+        attached: vehicles of agents with endpoints that were found already.
 
     Raises:
         BusError: no router, or its port is in use; the message names the key.
         LinkError: a port is in use; likewise.
     """
-    plans = assemble.agent_plans(mission.for_agents(), planner)
+    others = mission.apart()
+    plans = [
+        plan
+        for plan in assemble.agent_plans(mission.for_agents(), planner)
+        if plan.agent not in others
+    ]
     with ExitStack() as stack:
         endpoint = mission.bus.router
         if endpoint is None:
             with _about("bus.listen"):
-                endpoint = stack.enter_context(Router(mission.bus.listen)).endpoint
+                router = _router(mission, bool(others))
+            stack.callback(router.close)
+            endpoint = router.endpoint
         with _about("bus.router"):
             bus = stack.enter_context(ZenohBus(endpoint, mission.name))
         tell(f"zenoh router {endpoint}, keys uavbridge/{mission.name}/**")
@@ -76,33 +98,52 @@ def fly_paced(
             stack.enter_context(aside(endpoint))
         links: dict[int, Link] = {}
         for place, plan in enumerate(plans):
-            links[plan.agent] = _link(mission, plan.agent, place)
+            known = attached.get(plan.agent)
+            links[plan.agent] = known.link if known else _link(mission, plan.agent, place)
             stack.callback(links[plan.agent].close)
         ports = {agent: link.port for agent, link in links.items() if isinstance(link, UdpLink)}
-        simulated = [plan.agent for plan in plans if mission.endpoint(plan.agent) is None]
+        team = mission.scenario().team
+        simulated = {
+            agent: ports.get(agent, 0) for agent in team if mission.endpoint(agent) is None
+        }
         simulation = stack.enter_context(
-            Simulation(mission, {agent: ports[agent] for agent in simulated}, endpoint)
+            Simulation(mission, simulated, endpoint, lingers=bool(others))
         )
         judge = Judge(mission, stack.enter_context(ZenohBus(endpoint, mission.name)), recorder)
-        paced = simulation.start()
+        spoken = simulation.ready()
+        crew = None
+        if others:
+            host_name = mission.simulator.host
+            found = {agent: f"udpout:{host_name}:{spoken[agent]}" for agent in others & set(spoken)}
+            session = stack.enter_context(ZenohBus(endpoint, mission.name))
+            crew = stack.enter_context(Crew(mission, others, session, recorder, found))
+            crew.start(endpoint)
+            missing = crew.wait(stop)
+            if missing:
+                tell(f"agents {', '.join(map(str, sorted(missing)))} are not there; flying without")
+        paced = simulation.start() if crew is None else simulation.start(in_s=BRIEFED_IN_S)
+        if crew is not None:
+            crew.begin(paced.now_us)
         clock = LedClock(paced, Reached(bus), lead_us=LEAD_US) if simulated else paced
         vehicles = {
             agent: MavlinkVehicle(
                 logged(mission, link, agent, recorder, clock),
-                agent,
+                attached[agent].system if agent in attached else agent,
                 origin=assemble.origin(mission),
                 link_timeout_s=assemble.patience(mission, 3.0),
             )
             for agent, link in links.items()
         }
         host = build_host(mission, plans, vehicles, bus, recorder)
-        _loop(clock, host, judge, simulation, progress, stop)
+        progress = _with_payloads(mission, stack, endpoint, progress)
+        _loop(clock, host, crew, judge, simulation, progress, stop)
         return Flown(judge, host)
 
 
 def _loop(
     clock: Clock,
     host: AgentHost,
+    crew: Crew | None,
     judge: Judge,
     simulation: Simulation,
     progress: Progress,
@@ -113,19 +154,45 @@ def _loop(
     simulation.allow(AHEAD_US)
     while not judge.ended(t_us):
         clock.wait_until(t_us)
-        host.step(t_us, late_s=to_s(clock.now_us() - t_us))
+        if host.seats:
+            host.step(t_us, late_s=to_s(clock.now_us() - t_us))
+        if crew is not None:
+            host.events.extend(crew.poll(t_us))
+            judge.dead = crew.dead
         if stop():
             judge.stop(t_us)
         judge.step(t_us)
         progress(t_us, judge, host)
         simulation.check()
-        simulation.allow(t_us + AHEAD_US)
+        simulation.allow(t_us + AHEAD_US if crew is None else crew.allowed_us(t_us))
         t_us += CONTROL_US
         while t_us % SECOND_US and clock.now_us() - t_us > LATE_TICKS * CONTROL_US:
             t_us += CONTROL_US
             late += 1
     if late:
         _log.warning("%d control ticks were left out: the machine is too slow for this speed", late)
+
+
+def _with_payloads(
+    mission: Mission, stack: ExitStack, endpoint: str, progress: Progress
+) -> Progress:
+    """Vehicles that are not simulated have simulated payloads, unless the mission says no."""
+    team = mission.scenario().team
+    agents = tuple(agent for agent in team if mission.endpoint(agent) is not None)
+    if not agents or not mission.sensor.simulated:
+        return progress
+    payloads = Payloads(mission, agents, stack.enter_context(ZenohBus(endpoint, mission.name)))
+
+    def sense(t_us: int, judge: Judge, host: AgentHost) -> None:
+        payloads.step(t_us)
+        progress(t_us, judge, host)
+
+    return sense
+
+
+def _router(mission: Mission, alone: bool) -> Router | RouterProcess:
+    """In a process of its own where the agents are, too: it must not die with this one."""
+    return RouterProcess(mission.bus.listen) if alone else Router(mission.bus.listen)
 
 
 def _link(mission: Mission, agent: int, place: int) -> Link:

@@ -26,40 +26,34 @@ from uavbridge.config import Mission
 from uavbridge.runner import assemble
 
 
-class SimulatedWorld:
-    """Looks at the fleet from above.
+class Senses:
+    """The simulated payloads of some vehicles.
 
     Args:
-        fleet: the vehicles.
         agents: the agent of each vehicle, ascending.
-        sensor: what looks at the ground from them.
-        bus: where readings and true positions go.
+        sensor: what looks at the ground from them; None: nothing.
+        bus: where readings go.
         receiver: what hears the targets from them; None: nothing.
     """
 
     def __init__(
         self,
-        fleet: Fleet,
         agents: tuple[int, ...],
         sensor: Sensor | None,
         bus: Bus,
         receiver: SignalReceiver | None = None,
     ) -> None:
-        self._fleet = fleet
         self._agents = agents
         self._sensor = sensor
         self._bus = bus
         self._receiver = receiver
 
-    def step(self, t_us: int) -> None:
-        """Publish what is true and what is seen at ``t_us``."""
-        position = self._fleet.states.position
+    def step(self, t_us: int, position: F64) -> None:
+        """Publish what is sensed at ``t_us`` from positions (n, 3) ENU m."""
         if self._sensor is not None:
             self._look(self._sensor, t_us, position)
         if self._receiver is not None:
             self._listen(self._receiver, t_us, position)
-        # Last: who waits for the true positions of a time has what was sensed then, too.
-        self._bus.publish(keys.TRUTH, encode_truth(Truth(t_us, self._agents, position)))
 
     def _look(self, sensor: Sensor, t_us: int, position: F64) -> None:
         looks: defaultdict[int, list[tuple[int, int, bool]]] = defaultdict(list)
@@ -78,6 +72,47 @@ class SimulatedWorld:
             self._bus.publish(keys.obs(self._agents[vehicle]), data)
 
 
+class SimulatedWorld:
+    """Looks at the fleet from above.
+
+    Args:
+        fleet: the vehicles.
+        agents: the agent of each vehicle, ascending.
+        senses: theirs.
+        bus: where true positions go.
+    """
+
+    def __init__(self, fleet: Fleet, agents: tuple[int, ...], senses: Senses, bus: Bus) -> None:
+        self._fleet = fleet
+        self._agents = agents
+        self._senses = senses
+        self._bus = bus
+
+    def step(self, t_us: int) -> None:
+        """Publish what is true and what is seen at ``t_us``."""
+        position = self._fleet.states.position
+        self._senses.step(t_us, position)
+        # Last: who waits for the true positions of a time has what was sensed then, too.
+        self._bus.publish(keys.TRUTH, encode_truth(Truth(t_us, self._agents, position)))
+
+
+def senses_of(
+    mission: Mission, agents: tuple[int, ...], bus: Bus, sensor: Sensor | None = None
+) -> Senses:
+    """The payloads of a mission: its targets are looked at, or heard where there is ``[signals]``.
+
+    Args:
+        mission: with targets.
+        agents: of the vehicles, ascending.
+        bus: where readings go.
+        sensor: looks at the ground; None: the mission's.
+    """
+    receiver = assemble.receiver_of(mission, agents)
+    if sensor is None and receiver is None:
+        sensor = assemble.sensor_of(mission, agents)
+    return Senses(agents, sensor, bus, receiver)
+
+
 def world_of(
     mission: Mission,
     fleet: Fleet,
@@ -85,7 +120,7 @@ def world_of(
     bus: Bus,
     sensor: Sensor | None = None,
 ) -> SimulatedWorld:
-    """The world of a mission: its targets are looked at, or heard where there is ``[signals]``.
+    """The world of a mission.
 
     Args:
         mission: with targets.
@@ -94,7 +129,4 @@ def world_of(
         bus: where all of it goes.
         sensor: looks at the ground; None: the mission's.
     """
-    receiver = assemble.receiver_of(mission, agents)
-    if sensor is None and receiver is None:
-        sensor = assemble.sensor_of(mission, agents)
-    return SimulatedWorld(fleet, agents, sensor, bus, receiver)
+    return SimulatedWorld(fleet, agents, senses_of(mission, agents, bus, sensor), bus)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, sqrt
 
 
@@ -53,6 +53,7 @@ class Braking:
 # What gusts, and neighbours in a corner, push a vehicle past where the filter stops it. Less than
 # how near a vehicle must come to a home that lies on the fence.
 DRIFT_M = 1.0
+ROUND_HOME_M = 20.0  # between a home outside the area and the fence that is made to hold it
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +71,19 @@ class Envelope:
     sink_m_s: float = 1.5
     separation_m: float = 10.0  # distance that the filter keeps; 0: filter off
     braking: Braking = Braking()
+
+    def holding(self, place: tuple[float, float, float]) -> Envelope:
+        """The same, with a fence as much wider as a home outside it needs."""
+        x, y, _ = place
+        if self.west_m <= x <= self.east_m and self.south_m <= y <= self.north_m:
+            return self
+        return replace(
+            self,
+            west_m=min(self.west_m, x - ROUND_HOME_M),
+            south_m=min(self.south_m, y - ROUND_HOME_M),
+            east_m=max(self.east_m, x + ROUND_HOME_M),
+            north_m=max(self.north_m, y + ROUND_HOME_M),
+        )
 
     @property
     def care_m(self) -> float:
