@@ -77,13 +77,12 @@ def spread(field: F64, deposited: F64, law: SpreadLaw) -> F64:
         law: of this pheromone.
     """
     held = field + deposited
-    held[held < _FAINT] = 0.0
-    if not held.any():
-        return held
-    share, kept = _shares(field.shape[-2], field.shape[-1], law.diffusion)
+    if held.max() < _FAINT:
+        return np.zeros_like(held)
+    share, kept = _shares(field.shape[-2], field.shape[-1], law)
     after = around(held * share)
-    after += held * kept
-    after *= 1.0 - law.evaporation
+    held *= kept
+    after += held
     return after
 
 
@@ -118,16 +117,16 @@ def worn(path: F64, uavs: I64, law: PathLaw, present: Bools | None = None) -> F6
     place = column * rows + row + (np.arange(len(flat)) * (columns * rows))[:, None, None]
     loss = np.broadcast_to(losses, place.shape)
     np.subtract.at(flat.reshape(-1), place[valid], loss[valid])
-    return np.clip(flat, law.least, law.initial).reshape(path.shape)
+    return np.clip(flat, law.least, law.initial, out=flat).reshape(path.shape)
 
 
 @lru_cache(maxsize=64)
-def _shares(columns: int, rows: int, diffusion: float) -> tuple[F64, F64]:
-    """What a cell gives to each neighbour, and what it keeps, (columns, rows)."""
+def _shares(columns: int, rows: int, law: SpreadLaw) -> tuple[F64, F64]:
+    """What of a cell is in each neighbour after a step, and in itself, (columns, rows)."""
     count = around(np.ones((columns, rows)))
-    share = diffusion / np.maximum(count, 1.0)
-    kept = np.where(count > 0.0, 1.0 - diffusion, 1.0)  # a map of one cell gives to nobody
-    return share, kept
+    share = law.diffusion / np.maximum(count, 1.0)
+    kept = np.where(count > 0.0, 1.0 - law.diffusion, 1.0)  # a map of one cell gives to nobody
+    return share * (1.0 - law.evaporation), kept * (1.0 - law.evaporation)
 
 
 @lru_cache(maxsize=64)

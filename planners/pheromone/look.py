@@ -8,7 +8,7 @@ import numpy as np
 
 from planners.pheromone.field import Field
 from planners.pheromone.law import Weights
-from planners.pheromone.sectors import STEPS, gathered, sector_means, sectors
+from planners.pheromone.sectors import STEPS, gathered, places, sector_means, sectors, taken
 from planners.types import F64, I64, Bools
 
 
@@ -38,11 +38,12 @@ class Look:
 def look(field: Field, cells: I64, radius: float) -> Look:
     """The field around cells (..., n, 2)."""
     offsets, _ = sectors(radius)
-    parts = [
-        gathered(layer, cells, offsets) for layer in (field.target, field.obstacle, field.path)
-    ]
-    target, obstacle, path = (values.astype(np.float32).astype(np.float64) for values, _ in parts)
-    return Look(target, obstacle, path, parts[0][1], radius)
+    place, on_map = places(cells, offsets, field.path.shape[-2:])
+    target, obstacle, path = (
+        taken(layer, place).astype(np.float32).astype(np.float64)
+        for layer in (field.target, field.obstacle, field.path)
+    )
+    return Look(target, obstacle, path, on_map, radius)
 
 
 def free_steps(blocked: Bools, cells: I64) -> Bools:

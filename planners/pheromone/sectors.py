@@ -14,7 +14,7 @@ STEPS: I64 = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -
 HEADINGS = len(STEPS)
 
 
-def inside(cells: I64, shape: tuple[int, int]) -> Bools:
+def inside(cells: I64, shape: tuple[int, ...]) -> Bools:
     """Which cells (..., 2) lie on a map of (columns, rows)."""
     column, row = cells[..., 0], cells[..., 1]
     return np.asarray((column >= 0) & (column < shape[0]) & (row >= 0) & (row < shape[1]))
@@ -31,13 +31,23 @@ def gathered(values: F64, cells: I64, offsets: I64) -> tuple[F64, Bools]:
     Returns:
         (..., n, k) values, 0 off the map, and which of the cells are on the map.
     """
-    columns, rows = values.shape[-2:]
+    place, on_map = places(cells, offsets, values.shape[-2:])
+    return np.where(on_map, taken(values, place), 0.0), on_map
+
+
+def places(cells: I64, offsets: I64, shape: tuple[int, ...]) -> tuple[I64, Bools]:
+    """Flat indices (..., n, k) on a map of (columns, rows) around cells, and which are on it."""
     around = cells[..., None, :] + offsets
-    on_map = inside(around, (columns, rows))
-    place = np.where(on_map, around[..., 0] * rows + around[..., 1], 0)
-    flat = values.reshape(-1, columns * rows)
-    found = np.take_along_axis(flat, place.reshape(len(flat), -1), axis=1).reshape(place.shape)
-    return np.where(on_map, found, 0.0), on_map
+    on_map = inside(around, shape)
+    return np.where(on_map, around[..., 0] * shape[1] + around[..., 1], 0), on_map
+
+
+def taken(values: F64, place: I64) -> F64:
+    """Values (..., n, k) of maps (..., columns, rows) at flat indices."""
+    size = values.shape[-2] * values.shape[-1]
+    lots = values.size // size
+    start = np.arange(lots).reshape(-1, 1) * size
+    return np.asarray(values.reshape(-1)[place.reshape(lots, -1) + start].reshape(place.shape))
 
 
 def sector_means(values: F64, known: Bools, radius: float) -> F64:

@@ -32,12 +32,16 @@ MODULES: Mapping[str, str] = {
     "chen-rrt": "chen.rrt",
     "chen-flock": "chen.flock",
     "chen-intruder": "chen.intruder",
+    "chen-track": "chen.track",
     "zhou-table1": "zhou.table1",
     "zhou-table3": "zhou.table3",
     "zhou-table4": "zhou.table4",
     "zhou-trace": "zhou.trace",
     "zhou-radio": "zhou.radio",
     "zhou-energy": "zhou.energy",
+    "shao-detect-50": "shao.detect50",
+    "shao-detect-100": "shao.detect100",
+    "shao-navigate": "shao.navigate",
 }
 
 

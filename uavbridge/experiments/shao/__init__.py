@@ -1,0 +1,1 @@
+"""Shao et al. 2020: detection by digital pheromones, navigation by leader and followers."""
