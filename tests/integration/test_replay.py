@@ -15,10 +15,10 @@ from uavbridge.cli import main
 from uavbridge.clock import SteppedClock
 from uavbridge.monitor.watch import MissionWatch
 from uavbridge.recording.reader import Recording
-from uavbridge.recording.recorder import Recorder
+from uavbridge.recording.recorder import BUS, Recorder
 from uavbridge.recording.topics import DecisionRecord, encode
 from uavbridge.replay.play import play
-from uavbridge.replay.record import Listener
+from uavbridge.replay.record import Onlooker
 from uavbridge.replay.verify import verify
 from uavbridge.report.recorded import recorded_result
 
@@ -98,23 +98,53 @@ def test_a_watch_sees_a_played_mission_as_it_was(flown):
     assert seen.mean() == pytest.approx(result.coverage)
 
 
+def overheard(flown, folder, *, past=()):
+    """What a joined recorder writes of a mission that is played to it."""
+    hub = LocalHub()
+    with Recorder(folder, mission_name="small", epoch_ns=0, source=BUS) as recorder:
+        onlooker = Onlooker(recorder)
+        mailbox = hub.bus().subscribe("**")
+        play(flown, hub.bus(), SteppedClock())
+        first, *rest = mailbox.drain()
+        for sample in (first, *past, *rest):
+            onlooker.take(sample)
+        for garbage in ("air/0/0/1", "state/1", "state/1/event", "cmd/all", "world/past"):
+            onlooker.take(Sample(garbage, b"\xff garbage"))
+    assert onlooker.watch.ended
+    return folder
+
+
 def test_what_a_joined_recorder_writes_can_be_reported_and_played(flown, tmp_path):
     folder, result = flown
-    hub = LocalHub()
-    with Recorder(tmp_path, mission_name="small", epoch_ns=0) as recorder:
-        listener = Listener(recorder)
-        mailbox = hub.bus().subscribe("**")
-        play(folder, hub.bus(), SteppedClock())
-        first, *rest = mailbox.drain()
-        recorder.write("mission", 0, first.data)
-        for sample in rest:
-            listener.take(sample)
-        listener.take(Sample("air/0/0/1", b"garbage"))
-        listener.take(Sample("state/1", b"garbage"))
-    assert listener.ended
-    again = recorded_result(tmp_path)
+    again = recorded_result(overheard(folder, tmp_path))
     assert again.tracks[2].shape == result.tracks[2].shape
     assert again.seen.mean() == pytest.approx(result.coverage)
+    assert again.coverage == pytest.approx(result.coverage)
+    assert again.entropy == pytest.approx(result.entropy, rel=0.01)
+    assert again.min_separation_m == pytest.approx(result.min_separation_m)
+    assert again.agents == result.agents
+    assert again.targets == result.targets
+    assert again.false_targets == result.false_targets
+    assert again.failures == ()
+    assert "recorded from the bus" in again.notes[0]
+    topics = {message.topic.partition("/")[0] for message in Recording(tmp_path).messages()}
+    assert topics >= {"mission", "air", "state", "truth", "event", "score", "pose", "grid", "log"}
+    done = CliRunner().invoke(main, ["replay", str(tmp_path), "--verify"])
+    assert done.exit_code == 2
+    assert "recorded from the bus" in done.output
+
+
+def test_a_recording_without_scores_is_scored_anew(flown, tmp_path):
+    folder, result = flown
+    with Recorder(tmp_path, mission_name="small", epoch_ns=0) as recorder:
+        for message in Recording(folder).messages():
+            if message.topic.partition("/")[0] not in ("score", "summary"):
+                recorder.write(message.topic, message.t_us, message.data)
+    again = recorded_result(tmp_path)
+    assert again.coverage == pytest.approx(result.coverage)
+    assert again.series.coverage[-20:] == pytest.approx(result.series.coverage[-20:], abs=0.07)
+    assert again.targets == result.targets
+    assert again.notes == ()
 
 
 def test_a_report_of_the_recording_equals_the_flights(flown, tmp_path):

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from uavbridge.cli.command import ROUTER, choose_mission
+from uavbridge.cli.steps import steps
 from uavbridge.errors import ConfigError
+
+if TYPE_CHECKING:
+    from uavbridge.recording.recorder import Recorder
 
 
 @click.command()
@@ -28,7 +32,8 @@ def replay(ctx: click.Context, /, recording: Path, **options: Any) -> None:
     if options["verify"]:
         from uavbridge.replay.verify import verify
 
-        result = verify(recording, from_s=options["from_s"])
+        with steps("verifying") as tell:
+            result = verify(recording, from_s=options["from_s"], progress=tell)
         if not result.ok:
             click.echo(result.difference, err=True)
             ctx.exit(1)
@@ -37,11 +42,14 @@ def replay(ctx: click.Context, /, recording: Path, **options: Any) -> None:
     from uavbridge.bus.zenoh_bus import Router, ZenohBus
     from uavbridge.clock import PacedClock
     from uavbridge.replay.play import mission_name, play
+    from uavbridge.runner.interrupts import interrupts
 
     name = mission_name(recording)
     with Router(options["listen"]) as router, ZenohBus(router.endpoint, name) as bus:
         click.echo(f"zenoh router {router.endpoint}, keys uavbridge/{name}/**")
-        count = play(recording, bus, PacedClock(options["speed"]))
+        with interrupts("replay ends") as stop, steps("playing") as tell:
+            clock = PacedClock(options["speed"])
+            count = play(recording, bus, clock, stop=stop, progress=tell)
     click.echo(f"{count} messages played")
 
 
@@ -54,7 +62,8 @@ def report(recording: Path, out: Path | None) -> None:
     from uavbridge.report.recorded import recorded_result
     from uavbridge.report.summary import summary_text
 
-    result = recorded_result(recording)
+    with steps("reading") as tell:
+        result = recorded_result(recording, progress=tell)
     folder = out or Path(result.out)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -72,8 +81,7 @@ def report(recording: Path, out: Path | None) -> None:
 def record(out: Path, mission: str | None, router: str) -> None:
     """Join a flying mission and record what its bus carries, until it ends or Ctrl-C."""
     from uavbridge.bus.zenoh_bus import ZenohBus, find_missions
-    from uavbridge.clock import SECOND_US, wall_date
-    from uavbridge.recording.recorder import Recorder
+    from uavbridge.replay.record import Joined, Onlooker
     from uavbridge.replay.record import record as write_down
     from uavbridge.runner.interrupts import interrupts
 
@@ -82,12 +90,25 @@ def record(out: Path, mission: str | None, router: str) -> None:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as fault:
         raise ConfigError(f"--out: cannot write to {out}: {fault.strerror}") from None
-    epoch_ns = int(wall_date().timestamp()) * SECOND_US * 1000
-    with (
-        ZenohBus(router, name) as bus,
-        Recorder(out, mission_name=name, epoch_ns=epoch_ns) as recorder,
-        interrupts("recording ends") as stop,
-    ):
-        click.echo(f"recording {name} to {out}, Ctrl-C ends it", err=True)
-        count = write_down(bus, recorder, stop=stop)
+    with ZenohBus(router, name) as bus, interrupts("recording ends") as stop:
+        joined = Joined(bus, stop)
+        with _recorder(out, name) as recorder, steps(f"recording {name}") as tell:
+            click.echo(f"recording {name} to {out}, Ctrl-C ends it", err=True)
+            count = write_down(joined, Onlooker(recorder), stop=stop, progress=tell)
     click.echo(f"{count} messages in {out}")
+
+
+def _recorder(folder: Path, mission: str) -> Recorder:
+    """Of a new recording, or one that goes on with what an earlier recorder left there."""
+    from uavbridge.clock import SECOND_US, wall_date
+    from uavbridge.recording.parts import MCAP_NAME
+    from uavbridge.recording.reader import Recording
+    from uavbridge.recording.recorder import BUS, Recorder
+
+    part, epoch_ns = 1, int(wall_date().timestamp()) * SECOND_US * 1000
+    if (folder / MCAP_NAME).exists():
+        before = Recording(folder)
+        if not before.from_bus or before.mission_name != mission:
+            raise ConfigError(f"--out: {folder} holds a recording of {before.mission_name} already")
+        part, epoch_ns = max(before.parts) + 1, before.epoch_ns
+    return Recorder(folder, mission_name=mission, epoch_ns=epoch_ns, source=BUS, part=part)

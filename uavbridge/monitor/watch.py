@@ -151,9 +151,11 @@ class MissionWatch:
 
     @property
     def ended(self) -> bool:
-        """Every agent that was heard of has landed or failed."""
-        reports = [agent.report for agent in self.agents.values() if agent.report]
-        return bool(reports) and all(report.phase in _ENDED for report in reports)
+        """Every agent that was heard of has landed, failed or left the bus."""
+        return bool(self.agents) and all(
+            agent.alive is False or (agent.report is not None and agent.report.phase in _ENDED)
+            for agent in self.agents.values()
+        )
 
     def merged(self) -> tuple[F64, Bools] | None:
         """Probability and seen, (columns, rows), of the union of maps; None without a grid."""

@@ -46,6 +46,9 @@ class Display:
     Args:
         recorder: gets the messages.
         mission: with the true targets, where they are known.
+
+    Attributes:
+        logged: events so far.
     """
 
     def __init__(self, recorder: Recorder, mission: Mission) -> None:
@@ -55,7 +58,7 @@ class Display:
         self._radio = Radio(mission.radio.range_m)
         self._grid_us = 0
         self._declared: list[tuple[int, int]] | None = None
-        self._logged = 0
+        self.logged = 0
         cells = mission.grid.columns * mission.grid.rows
         self._grid_every_us = SECOND_US * ceil(cells / CELLS_A_SECOND)
 
@@ -86,14 +89,14 @@ class Display:
             self._declared = cells
             self._recorder.record("area", t_us, self._area(now, cells))
 
-    def events(self, events: Sequence[Event]) -> None:
-        """All events so far; those that were not there at the last call are logged."""
-        for event in events[self._logged :]:
+    def log(self, events: Iterable[Event]) -> None:
+        """Events that were not logged yet."""
+        for event in events:
             t_us = to_us(event.t_s)
             name = "mission" if event.agent is None else f"agent {event.agent}"
             level = fox.ERROR if event.kind == "failure" else fox.INFO
             self._recorder.record("log", t_us, fox.Log(self._time(t_us), level, event.text, name))
-        self._logged = len(events)
+            self.logged += 1
 
     def _time(self, t_us: int) -> fox.Time:
         return fox.Time.of(self._recorder.epoch_ns + t_us * 1000)

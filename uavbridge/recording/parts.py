@@ -72,17 +72,23 @@ class PartWriter:
         metadata: of every part.
         epoch_ns: Unix date of mission start.
         rotation: when a new part begins.
+        first: number of the first part to write.
 
     A file that can be written no more, on a full disk say, is told of in a warning and left
     as it is.
     """
 
     def __init__(
-        self, folder: Path, metadata: Mapping[str, str], epoch_ns: int, rotation: Rotation
+        self,
+        folder: Path,
+        metadata: Mapping[str, str],
+        epoch_ns: int,
+        rotation: Rotation,
+        first: int = 1,
     ) -> None:
         self._first, self._metadata = folder / MCAP_NAME, metadata
         self._epoch_ns, self._rotation = epoch_ns, rotation
-        self._number = 1
+        self._number = first
         self._began_us = self._flush_us = 0
         self._head: tuple[int, bytes] | None = None
         self._stream: BufferedWriter | None = None

@@ -90,8 +90,9 @@ class Recording:
                 if message.topic != HEAD or number == first:
                     yield message
             if not _ends_well(path) and number != max(self.parts):
-                log.warning("%s: cut short; the parts after it are left out", path)
-                return
+                log.warning(
+                    "%s: cut short; what was said until part %d is not known", path, number + 1
+                )
 
     def _part_messages(self, path: Path) -> Iterator[Message]:
         topics: dict[int, str] = {}

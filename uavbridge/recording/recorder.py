@@ -48,6 +48,7 @@ class Recorder:
         mcap: False: no mission.mcap.
         source: ``FLIGHT``, or ``BUS`` where it holds only what the bus carries.
         rotation: when a new part of mission.mcap begins.
+        part: number of the first part to write; above 1 to go on with a recording.
 
     A file that can be written no more, on a full disk say, is told of in a warning and left
     as it is: the flight goes on.
@@ -62,6 +63,7 @@ class Recorder:
         mcap: bool = True,
         source: str = FLIGHT,
         rotation: Rotation = ONE_FILE,
+        part: int = 1,
     ) -> None:
         self.folder = folder
         self.messages = 0
@@ -78,7 +80,7 @@ class Recorder:
                 "version": version("uavbridge"),
                 "format": str(FORMAT),
             }
-            self._parts = PartWriter(folder, metadata, epoch_ns, rotation)
+            self._parts = PartWriter(folder, metadata, epoch_ns, rotation, part)
 
     def write(self, topic: str, t_us: int, data: bytes) -> None:
         """Record one message.

@@ -125,6 +125,7 @@ class Topic:
 FRAME_ENCODING = "uavbridge-frame-v1"
 HEARD_ENCODING = "uavbridge-heard-v1"
 TRUTH_ENCODING = "uavbridge-truth-v1"
+MAP_ENCODING = "uavbridge-map-v1"
 
 
 def _seen(name: str, struct: type[Struct]) -> Topic:
@@ -151,6 +152,9 @@ TOPICS: dict[str, Topic] = {
         Topic("truth", TRUTH_ENCODING, schema_text="docs/reference/wire_format.md"),
         Topic("event", "json", EventRecord),
         Topic("score", "json", ScoreRecord),
+        Topic("cmd", "json", schema_text='{"type":"object"}'),
+        Topic("past", "json", schema_text='{"type":"object"}'),
+        Topic("fullmap", MAP_ENCODING, schema_text="docs/reference/wire_format.md"),
         # The summary holds the digest and the wall time, so it is no part of the digest.
         Topic("summary", "json", schema_text='{"type":"object"}', digested=False),
         _seen("pose", foxglove.PoseInFrame),

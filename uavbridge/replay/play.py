@@ -14,6 +14,7 @@ from uavbridge.errors import ConfigError
 from uavbridge.recording.reader import Message, Recording
 from uavbridge.recording.topics import EventRecord, decode
 
+_WORLD = {"mission": keys.MISSION, "truth": keys.TRUTH, "past": keys.PAST}
 TILE = (0, 0)  # a monitor hears all tiles; which one it was is not recorded
 
 
@@ -70,10 +71,12 @@ def key_of(message: Message) -> str | None:
         return keys.air(TILE, name)
     if space == "state":
         return keys.state(name)
-    if space == "mission":
-        return keys.MISSION
-    if space == "truth":
-        return keys.TRUTH
+    if space == "cmd":
+        return keys.cmd(name)
+    if space == "fullmap":
+        return keys.state_map(name)
+    if space in _WORLD:
+        return _WORLD[space]
     if space == "event":
         try:
             agent = decode(EventRecord, message.data).agent

@@ -27,21 +27,17 @@ from uavbridge.agent.mapping import Mapping
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.bus.wire import Frame, decode
 from uavbridge.clock import to_s, to_us
-from uavbridge.config import parse
 from uavbridge.errors import ConfigError, UavbridgeError
 from uavbridge.recording.decisions import decision_record, differences
-from uavbridge.recording.reader import Message, Recording
-from uavbridge.recording.topics import (
-    DecisionRecord,
-    MissionRecord,
-    ReadingRecord,
-    SignalRecord,
-    unpack_heard,
-)
+from uavbridge.recording.reader import Message
+from uavbridge.recording.topics import DecisionRecord, ReadingRecord, SignalRecord, unpack_heard
+from uavbridge.recording.topics import decode as decode_record
+from uavbridge.replay.opened import opened
 from uavbridge.rng import stream
 from uavbridge.runner import assemble
 
 DELIVERED = 0  # outcome code in ``heard``
+FRAMES_KEPT = 200_000  # then the older half goes: no radio is so slow
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,26 +84,28 @@ def verify(
         progress: told the mission time as it goes.
 
     Raises:
-        ConfigError: no recording, or its planner is not there.
+        ConfigError: no recording, its planner is not there, or there is nothing to verify.
     """
-    recording = Recording(path)
-    messages = recording.messages()
-    first = next(messages, None)
-    if first is None or first.topic != "mission":
-        raise ConfigError(f"{recording.path}: does not begin with its mission")
-    head = msgspec.json.decode(first.data, type=MissionRecord)
-    mission = parse(head.text, str(recording.path))
+    whole = opened(path)
+    mission = whole.mission
     planner = assemble.planner_of(mission, kind)
     plans = assemble.agent_plans(mission.for_agents(), planner)
     minds = {plan.agent: _Mind(plan, Mapping(plan)) for plan in plans}
     frames: dict[tuple[int, int], Frame] = {}
     taken = 0
     try:
-        for message in messages:
+        for message in whole.messages():
             progress(message.t_us)
             taken += _take(message, minds, frames, to_us(from_s))
     except _DiffersError as difference:
         return Verified(taken, str(difference))
+    except (msgspec.DecodeError, KeyError) as fault:
+        raise ConfigError(f"{path}: {message.topic} at {to_s(message.t_us):g} s: {fault}") from None
+    if not taken:
+        what = (
+            "it was recorded from the bus" if whole.recording.from_bus else f"from {from_s:g} s on"
+        )
+        raise ConfigError(f"{path}: holds no decisions to verify: {what}")
     return Verified(taken)
 
 
@@ -120,30 +118,31 @@ def _take(
         frame = decode(message.data)
         if frame is not None:
             frames[frame.sender, frame.tick] = frame
+        if len(frames) > FRAMES_KEPT:
+            for old in list(frames)[: FRAMES_KEPT // 2]:
+                del frames[old]
     elif space == "heard":
         _hear(minds[int(name)], message.data, frames)
     elif space == "obs":
-        record = msgspec.json.decode(message.data, type=ReadingRecord)
+        record = decode_record(ReadingRecord, message.data)
         reading = Reading(record.taken_us, (record.column, record.row), record.detected)
         mind = minds[int(name)]
         mind.mapping.observe(reading)
         mind.sensed.readings.append(reading)
     elif space == "signal":
-        heard = msgspec.json.decode(message.data, type=SignalRecord)
+        heard = decode_record(SignalRecord, message.data)
         signal = Signal(heard.taken_us, heard.target, heard.strength, heard.arrived)
         minds[int(name)].sensed.signals.append(signal)
     elif space == "decision":
-        decision = msgspec.json.decode(message.data, type=DecisionRecord)
+        decision = decode_record(DecisionRecord, message.data)
         return _decide(minds[int(name)], message.t_us, decision, message.t_us >= from_us)
     return 0
 
 
 def _hear(mind: _Mind, data: bytes, frames: dict[tuple[int, int], Frame]) -> None:
-    heard = [
-        frames[int(row["sender"]), int(row["tick"])]
-        for row in unpack_heard(data)
-        if row["outcome"] == DELIVERED
-    ]
+    rows = unpack_heard(data)
+    keys = rows[rows["outcome"] == DELIVERED][["sender", "tick"]].tolist()
+    heard = [frames[key] for key in keys if key in frames]
     for frame in heard:
         mind.hearing.frame(frame)
     mind.mapping.merge(heard)

@@ -87,16 +87,19 @@ def _head(result: MissionResult) -> str:
         ("reached", "goal reached") if result.reached_goal else ("missed", "goal missed")
     )
     speed = (
-        f", {result.duration_s / result.wall_s:.1f} times real time" if result.wall_s > 0 else ""
+        f" in {result.wall_s:.1f} s, {result.duration_s / result.wall_s:.1f} times real time"
+        if result.wall_s > 0
+        else ""
     )
     facts = (
         f"seed {result.seed} · {escape(result.clock)} clock · {len(result.agents)} agents · "
-        f"{duration(result.duration_s)} min of mission time in {result.wall_s:.1f} s{speed}"
+        f"{duration(result.duration_s)} min of mission time{speed}"
     )
     failures = "".join(f"<li>{escape(text)}</li>" for text in result.failures)
     return (
         f'<h1>{escape(result.mission)} <span class="verdict {kind}">{verdict}</span></h1>\n'
         f'<p class="facts">{facts}</p>\n'
+        + "".join(f'<p class="facts">{escape(text)}</p>\n' for text in result.notes)
         + (f'<ul class="failures">{failures}</ul>\n' if failures else "")
         + f'<div class="tiles">{"".join(_tiles(result))}</div>'
     )

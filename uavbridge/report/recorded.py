@@ -1,155 +1,102 @@
 """A mission's result from its recording, for the report of a flight that is over.
 
-The recording of a process that was killed gives what there is: no summary, so
-the agents' accounts come from the frames that they sent.
+What no message says is derived where it can be: the recording of a killed process has no
+summary, that of an onlooker has no scores of the judge's either. What cannot be is left open, and
+said in ``MissionResult.notes``.
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
-from planners.belief.merge import MERGE_RULES, BeliefMap, MergeRule, SensorModel, unpack
 from planners.types import F64
-from uavbridge.agent.phases import Phase
-from uavbridge.agent.report import AgentReport
-from uavbridge.bus.wire import decode as decode_frame
+from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.clock import to_s
-from uavbridge.config import Mission, parse
+from uavbridge.config import Mission
 from uavbridge.errors import ConfigError
-from uavbridge.recording.reader import Message, Recording
-from uavbridge.recording.topics import EventRecord, MissionRecord, ScoreRecord, decode
-from uavbridge.report.result import AgentResult, Event, MissionResult, Series, TargetResult
-from uavbridge.report.summary import Summary
+from uavbridge.replay.opened import Opened, opened
+from uavbridge.report.collected import Collected, Scores, derived_scores
+from uavbridge.report.quantity import duration
+from uavbridge.report.result import AgentResult, MissionResult, Series, TargetResult
 
-_CONNECT = Phase.CONNECT.value
+LATE_US = 5_000_000  # a recorder that hears the first report later than this came in between
+_ENDED = {phase.value for phase in ENDED}
+_FAILED = Phase.FAILED.value
 _INCOMPLETE = "the recording ends before the mission does"
+_OVERHEARD = (
+    "recorded from the bus: what each radio delivered, and what the planners decided, is not in it"
+)
 
 
-@dataclass(slots=True)
-class _Collected:
-    """What the messages of one recording said."""
-
-    mission: Mission
-    head: MissionRecord
-    rule: MergeRule
-    belief: BeliefMap
-    last_us: int = 0
-    scores: list[tuple[int, ScoreRecord]] = field(default_factory=list)
-    states: dict[int, list[AgentReport]] = field(default_factory=dict)
-    events: list[Event] = field(default_factory=list)
-    frames: Counter[int] = field(default_factory=Counter)
-    frame_bytes: Counter[int] = field(default_factory=Counter)
-    summary: Summary | None = None
-
-
-def recorded_result(path: Path) -> MissionResult:
+def recorded_result(
+    path: Path, progress: Callable[[int], None] = lambda _t_us: None
+) -> MissionResult:
     """The result of a recorded mission.
 
     Args:
         path: of ``mission.mcap``, or of the folder it lies in.
+        progress: told the mission time as it reads.
 
     Raises:
         ConfigError: it is no recording, or not one that this version can read.
     """
-    recording = Recording(path)
+    whole = opened(path)
+    collected = Collected(whole)
     try:
-        collected = _collect(recording)
+        for message in whole.messages():
+            progress(message.t_us)
+            collected.take(message)
     except msgspec.DecodeError as error:
-        raise ConfigError(f"{recording.path}: a message does not read: {error}") from None
-    return _result(collected, recording)
+        raise ConfigError(f"{whole.recording.path}: a message does not read: {error}") from None
+    return _result(collected, whole)
 
 
-def _collect(recording: Recording) -> _Collected:
-    messages = recording.messages()
-    first = next(messages, None)
-    if first is None or first.topic != "mission":
-        raise ConfigError(f"{recording.path}: does not begin with its mission")
-    head = decode(MissionRecord, first.data)
-    mission = parse(head.text, str(recording.path))
-    rule = MERGE_RULES[mission.belief.merge]
-    prior = np.full(mission.grid.shape, mission.belief.prior)
-    sensor = SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update)
-    belief = rule.onlooker.empty(mission.grid, prior, sensor)
-    collected = _Collected(mission, head, rule, belief)
-    for message in messages:
-        _take(collected, message)
-    return collected
-
-
-def _take(collected: _Collected, message: Message) -> None:
-    kind, _, name = message.topic.partition("/")
-    t_us, data = message.t_us, message.data
-    collected.last_us = max(collected.last_us, t_us)
-    if kind == "score":
-        collected.scores.append((t_us, decode(ScoreRecord, data)))
-    elif kind == "state":
-        states = collected.states.setdefault(int(name), [])
-        states.append(decode(AgentReport, data))
-    elif kind == "event":
-        record = decode(EventRecord, data)
-        agent = record.agent if isinstance(record.agent, int) else None
-        collected.events.append(Event(to_s(t_us), record.text, agent, record.kind))
-    elif kind == "air":
-        collected.frames[int(name)] += 1
-        collected.frame_bytes[int(name)] += len(data)
-        _merge(collected, data)
-    elif kind == "summary":
-        collected.summary = decode(Summary, data)
-
-
-def _merge(collected: _Collected, data: bytes) -> None:
-    frame = decode_frame(data)
-    if frame is None or frame.rule != collected.rule.code:
-        return
-    records = unpack(collected.rule, frame.cells)
-    if records is not None and len(records):
-        collected.belief, _ = collected.rule.onlooker.merge(collected.belief, records)
-
-
-def _result(collected: _Collected, recording: Recording) -> MissionResult:
-    mission, summary = collected.mission, collected.summary
-    series = _series(collected.scores)
-    found = int(series.declared[-1]) if len(series.declared) else 0
-    reached = (
-        found == len(mission.target_cells()) and _last(series.coverage) >= mission.coverage_goal
-    )
+def _result(collected: Collected, whole: Opened) -> MissionResult:
+    mission, summary, recording = whole.mission, collected.summary, whole.recording
+    series = _series(collected.scores or derived_scores(whole))
+    probability, stamp_us = collected.union.shown()
+    targets, cells = _targets(mission, collected), set(mission.target_cells())
+    found = sum(target.found_at_s is not None for target in targets)
+    enough = _last(series.coverage) >= mission.coverage_goal
     separation = series.separation_m[np.isfinite(series.separation_m)]
+    false = {cell for cell in collected.declared if cell not in cells}
     return MissionResult(
         mission=mission.name,
-        seed=collected.head.seed,
-        clock=collected.head.clock,
+        seed=whole.head.seed,
+        clock=whole.head.clock,
         duration_s=to_s(collected.last_us),
         wall_s=summary.wall_s if summary else 0.0,
-        reached_goal=reached,
+        reached_goal=enough and found == len(targets),
         grid=mission.grid,
         series=series,
-        tracks={agent: _track(states) for agent, states in sorted(collected.states.items())},
-        belief=collected.belief.probability,
-        seen=collected.belief.seen,
+        tracks={agent: collected.track(agent) for agent in sorted(collected.tracks)},
+        belief=probability,
+        seen=stamp_us >= 0,
         coverage=_last(series.coverage),
         uncertainty=_last(series.uncertainty),
         entropy=_last(series.entropy),
-        targets=_targets(mission, summary),
-        false_targets=tuple(summary.false_targets) if summary else (),
+        targets=targets,
+        false_targets=tuple(summary.false_targets) if summary else tuple(sorted(false)),
         agents=_agents(collected),
         min_separation_m=float(separation.min()) if len(separation) else np.nan,
         coverage_goal=mission.coverage_goal,
         separation_limit_m=mission.safety.separation_m if mission.safety.separation else np.nan,
-        events=tuple(collected.events),
-        failures=tuple(summary.failures) if summary else (_INCOMPLETE,),
-        mission_text=collected.head.text,
-        versions=collected.head.versions,
+        events=tuple(sorted(collected.events, key=lambda event: event.t_s)),
+        failures=_failures(collected),
+        notes=_notes(collected, whole),
+        mission_text=whole.head.text,
+        versions=whole.head.versions,
+        repeat=f"uavbridge launch mission.toml --clock {mission.clock} --seed {mission.seed}",
         digest=recording.digest(),
         out=str(recording.path.parent),
     )
 
 
-def _series(scores: list[tuple[int, ScoreRecord]]) -> Series:
+def _series(scores: Scores) -> Series:
     records = [record for _, record in scores]
     apart = [r.separation if isinstance(r.separation, float) else np.nan for r in records]
     return Series(
@@ -162,40 +109,67 @@ def _series(scores: list[tuple[int, ScoreRecord]]) -> Series:
     )
 
 
-def _track(states: list[AgentReport]) -> F64:
-    """(k, 3) from where the vehicle's position was known."""
-    known = [state.position for state in states if state.phase != _CONNECT]
-    return np.array(known, dtype=np.float64).reshape(-1, 3)
-
-
 def _last(values: F64) -> float:
     return float(values[-1]) if len(values) else float("nan")
 
 
-def _targets(mission: Mission, summary: Summary | None) -> tuple[TargetResult, ...]:
-    fates = {fate.cell: fate for fate in summary.targets} if summary else {}
+def _targets(mission: Mission, collected: Collected) -> tuple[TargetResult, ...]:
+    summary = collected.summary
+    fates: dict[tuple[int, int], tuple[float | None, int | None]] = {
+        cell: (to_s(t_us), by) for cell, (t_us, by) in collected.declared.items()
+    }
+    if summary is not None:
+        fates |= {fate.cell: (fate.found_at_s, fate.by) for fate in summary.targets}
     places: dict[tuple[int, int], tuple[float, float]] = {}
     for target in mission.targets:
         column, row = mission.grid.cell_of(target.position).tolist()
         places.setdefault((column, row), target.position)
     return tuple(
-        TargetResult(cell, fate.found_at_s, fate.by, place)
-        if (fate := fates.get(cell))
-        else TargetResult(cell, position=place)
-        for cell, place in places.items()
+        TargetResult(cell, *fates.get(cell, (None, None)), place) for cell, place in places.items()
     )
 
 
-def _agents(collected: _Collected) -> tuple[AgentResult, ...]:
+def _agents(collected: Collected) -> tuple[AgentResult, ...]:
     if collected.summary:
         return tuple(AgentResult(**msgspec.structs.asdict(a)) for a in collected.summary.agents)
-    return tuple(
-        AgentResult(
-            id=agent,
-            state=states[-1].phase,
-            distance_m=float(np.linalg.norm(np.diff(_track(states), axis=0), axis=1).sum()),
-            frames_sent=collected.frames[agent],
-            bytes_sent=collected.frame_bytes[agent],
+    results = []
+    for agent, report in sorted(collected.reports.items()):
+        flown = np.linalg.norm(np.diff(collected.track(agent), axis=0), axis=1).sum()
+        results.append(
+            AgentResult(
+                id=agent,
+                state=report.phase,
+                distance_m=report.distance_m or float(flown),
+                frames_sent=report.frames_sent or collected.frames[agent],
+                frames_heard=report.frames_heard,
+                bytes_sent=report.bytes_sent or collected.frame_bytes[agent],
+                bytes_heard=report.bytes_heard,
+            )
         )
-        for agent, states in sorted(collected.states.items())
-    )
+    return tuple(results)
+
+
+def _failures(collected: Collected) -> tuple[str, ...]:
+    if collected.summary:
+        return tuple(collected.summary.failures)
+    reports = collected.reports.values()
+    failed = [
+        f"agent {report.agent}: {report.failure or 'failed'}"
+        for report in sorted(reports, key=lambda report: report.agent)
+        if report.phase == _FAILED or report.failure
+    ]
+    ended = bool(reports) and all(report.phase in _ENDED for report in reports)
+    return (*failed, *(() if ended else (_INCOMPLETE,)))
+
+
+def _notes(collected: Collected, whole: Opened) -> tuple[str, ...]:
+    notes = [_OVERHEARD] if whole.recording.from_bus else []
+    first_us = collected.first_us
+    if first_us is not None and first_us > LATE_US:
+        past = (
+            " (what was before is told by its judge)"
+            if collected.scores and (collected.scores[0][0] < first_us - LATE_US)
+            else ""
+        )
+        notes.append(f"it begins {duration(to_s(first_us))} into the mission{past}")
+    return tuple(notes)

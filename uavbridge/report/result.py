@@ -94,6 +94,7 @@ class MissionResult:
     separation_limit_m: float = float("nan")
     events: tuple[Event, ...] = ()
     failures: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what is not known, or known another way than usual
     mission_text: str = ""
     versions: Mapping[str, str] = field(default_factory=dict)
     repeat: str = ""  # the command that flies it again

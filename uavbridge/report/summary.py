@@ -84,7 +84,8 @@ def summary_json(result: MissionResult) -> bytes:
 def summary_text(result: MissionResult) -> str:
     """At most 24 lines of at most 80 columns for the terminal."""
     verdict = "goal reached" if result.reached_goal else "goal NOT reached"
-    speed = f" ({result.duration_s / result.wall_s:.1f}x)" if result.wall_s > 0 else ""
+    wall = result.wall_s
+    speed = f" in {wall:.1f} s ({result.duration_s / wall:.1f}x)" if wall > 0 else ""
     goal = "" if math.isnan(result.coverage_goal) else f", goal {result.coverage_goal:.0%}"
     limit = (
         ""
@@ -95,7 +96,7 @@ def summary_text(result: MissionResult) -> str:
     lines = [
         f"{plain(result.mission)}: {verdict}",
         "",
-        _row("mission time", f"{duration(result.duration_s)} in {result.wall_s:.1f} s{speed}"),
+        _row("mission time", f"{duration(result.duration_s)}{speed}"),
         _row("seed, clock", f"{result.seed}, {result.clock}"),
         _row("coverage", f"{number(result.coverage * 100, '%')}{goal}"),
         _row("entropy", f"{number(result.entropy, 'bits')}, one-sided {_short(result)}"),
@@ -104,6 +105,7 @@ def summary_text(result: MissionResult) -> str:
         _row("agents", _states(result)),
         _row("flown", f"{flown / 1000:.1f} km"),
         _row("radio", _radio(result)),
+        *(_listing("notes", [plain(text) for text in result.notes]) if result.notes else ()),
         *_listing("failures", [plain(text) for text in result.failures]),
         _row("digest", result.digest or "-"),
     ]

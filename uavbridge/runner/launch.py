@@ -197,7 +197,7 @@ def _display(mission: Mission, recorder: Recorder) -> Display | None:
 def _show(display: Display, t_us: int, judge: Judge, host: AgentHost) -> None:
     merged = judge.union.probability, judge.union.seen
     display.second(t_us, judge.reports.values(), merged, judge.declared)
-    display.events(host.events)
+    display.log(host.events[display.logged :])
 
 
 @contextmanager

@@ -35,7 +35,6 @@ def shown(tmp_path_factory):
     mission = load(None, {"radio.range_m": 150.0})
     with Recorder(folder, mission_name="m", epoch_ns=EPOCH_NS) as recorder:
         display = Display(recorder, mission)
-        events = []
         for t_us in range(0, SECONDS * 1_000_000, 1_000_000):
             seen = np.zeros((10, 10), bool)
             seen[2, 7] = True
@@ -43,8 +42,7 @@ def shown(tmp_path_factory):
             reports = [report(1, t_us), report(2, t_us), report(9, t_us, phase="connect")]
             declared = [(2, 7)] if t_us >= 2_000_000 else []
             display.second(t_us, reports, (belief, seen), declared)
-            events.append(Event(t_us / 1e6, "low battery", 2, "failure"))
-            display.events(events)
+            display.log([Event(t_us / 1e6, "low battery", 2, "failure")])
     found = {}
     with (folder / MCAP_NAME).open("rb") as file:
         for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
