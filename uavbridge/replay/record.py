@@ -51,11 +51,6 @@ class Listener:
         self._recorder = recorder
         self._t_us = 0
 
-    @property
-    def ended(self) -> bool:
-        """Every agent that was heard of has landed or failed."""
-        return bool(self.phases) and all(phase in ENDED_PHASES for phase in self.phases.values())
-
     def take(self, sample: Sample) -> None:
         """One sample; what is not recorded, or does not read, is left out."""
         space, _, rest = sample.key.partition("/")
