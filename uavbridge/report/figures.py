@@ -1,16 +1,13 @@
-"""The pictures of the report, as SVG text.
+"""The pictures of the report, as figures that ``drawn`` turns into SVG and PNG.
 
 matplotlib by its objects alone (no pyplot, so no state shared by threads but
-the settings of ``_svg``). Colours stay apart for colour-blind eyes and in grey.
+the settings of ``drawn``). Colours stay apart for colour-blind eyes and in grey.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
-from io import StringIO
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -37,7 +34,7 @@ _POINTS = 500  # of a track, at most
 _BELIEF = LinearSegmentedColormap.from_list("belief", ["#ffffff", "#fde7c0", "#f6b96b", "#e58a34"])
 
 
-def map_figure(result: MissionResult) -> str:
+def map_figure(result: MissionResult) -> Figure:
     """Tracks over the final map: north up, axes in metres from home."""
     figure = Figure(figsize=(7.4, 6.7), layout="constrained")
     axes = figure.add_subplot()
@@ -60,10 +57,10 @@ def map_figure(result: MissionResult) -> str:
         handles=handles, loc="outside lower center", ncols=max(len(handles), 1),
         frameon=False, handletextpad=0.4, columnspacing=1.4, fontsize=8.5,
     )  # fmt: skip
-    return _svg(figure, "Tracks over the final map")
+    return figure
 
 
-def progress_figure(result: MissionResult) -> str:
+def progress_figure(result: MissionResult) -> Figure:
     """Coverage, entropy and targets over time."""
     series = result.series
     figure = Figure(figsize=(7.4, 4.8), layout="constrained")
@@ -91,10 +88,10 @@ def progress_figure(result: MissionResult) -> str:
     figure.align_ylabels()
     for axes in (coverage, entropy, targets):
         _plain(axes)
-    return _svg(figure, "Coverage, entropy and targets over time")
+    return figure
 
 
-def separation_figure(result: MissionResult) -> str:
+def separation_figure(result: MissionResult) -> Figure:
     """Distance of the closest airborne pair over time, with the limit."""
     series = result.series
     figure = Figure(figsize=(7.4, 2.5), layout="constrained")
@@ -117,10 +114,10 @@ def separation_figure(result: MissionResult) -> str:
     axes.yaxis.set_minor_locator(NullLocator())
     _time_axis(axes, series)
     _plain(axes)
-    return _svg(figure, "Distance of the closest pair over time")
+    return figure
 
 
-def bytes_figure(agents: Sequence[AgentResult]) -> str:
+def bytes_figure(agents: Sequence[AgentResult]) -> Figure:
     """Bytes sent and heard, a stacked bar an agent."""
     figure = Figure(figsize=(7.4, 2.6), layout="constrained")
     axes = figure.add_subplot()
@@ -141,7 +138,7 @@ def bytes_figure(agents: Sequence[AgentResult]) -> str:
     _plain(axes)
     axes.grid(visible=False, axis="x")
     axes.tick_params(axis="x", length=0)
-    return _svg(figure, "Bytes sent and heard by each agent")
+    return figure
 
 
 def _edges(grid: Grid) -> tuple[F64, F64]:
@@ -284,16 +281,3 @@ def _plain(axes: Axes) -> None:
     for label in (axes.xaxis.label, axes.yaxis.label):
         label.set_color(INK)
         label.set_fontsize(9)
-
-
-def _svg(figure: Figure, title: str) -> str:
-    """The figure as an SVG element that can stand in HTML, the same each time."""
-    text = StringIO()
-    with mpl.rc_context({"svg.hashsalt": title, "svg.fonttype": "none"}):
-        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
-    svg = text.getvalue()
-    svg = svg[svg.index("<svg") :]
-    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
-    # The page's own fonts instead of those of this machine.
-    svg = re.sub(r"(font: [^'\";]*?px) [^;\"]*", r"\1 system-ui, sans-serif", svg)
-    return svg.replace("<svg ", f'<svg role="img" aria-label="{title}" ', 1)

@@ -7,42 +7,44 @@ Every text that comes from a mission, an agent or a vehicle goes through
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from uavbridge.report.quantity import count, data_size, duration, number
 from uavbridge.report.result import AgentResult, MissionResult
 from uavbridge.report.summary import summary_json
 
-REPORT_NAME, SUMMARY_NAME = "report.html", "summary.json"
+if TYPE_CHECKING:
+    from uavbridge.report.drawn import Drawn
+
+REPORT_NAME, SUMMARY_NAME, FIGURES_NAME = "report.html", "summary.json", "figures"
+FIGURES = ("map", "progress", "separation", "radio")  # as ``drawn.drawings`` makes them
 
 
 def write_report(result: MissionResult, folder: Path) -> Path:
-    """Write ``report.html`` and ``summary.json`` into the folder; the path of the page."""
+    """Write ``report.html``, ``summary.json`` and the figures; the path of the page."""
+    # Half a second of matplotlib, spared to everything that imports this and draws nothing.
+    from uavbridge.report.drawn import drawings, write_files
+
     (folder / SUMMARY_NAME).write_bytes(summary_json(result))
+    made = drawings(result)
+    write_files(made, folder / FIGURES_NAME)
     path = folder / REPORT_NAME
-    path.write_text(report_page(result), encoding="utf-8", errors="replace")
+    path.write_text(report_page(result, made), encoding="utf-8", errors="replace")
     return path
 
 
-def report_page(result: MissionResult) -> str:
-    """The page as text."""
-    # Half a second of matplotlib, spared to everything that imports this and draws nothing.
-    from uavbridge.report.figures import (
-        bytes_figure,
-        map_figure,
-        progress_figure,
-        separation_figure,
-    )
-
+def report_page(result: MissionResult, drawn: Mapping[str, Drawn]) -> str:
+    """The page as text, with the figures in it."""
     sections = (
-        _section("Map", _figure(map_figure(result), _map_caption(result))),
-        _section("Progress", _figure(progress_figure(result), _PROGRESS_CAPTION)),
+        _section("Map", _figure(drawn["map"].svg, _map_caption(result))),
+        _section("Progress", _figure(drawn["progress"].svg, _PROGRESS_CAPTION)),
         _section("Targets", _targets(result)),
-        _section("Separation", _figure(separation_figure(result), _SEPARATION_CAPTION)),
-        _section("Radio", _figure(bytes_figure(result.agents), _RADIO_CAPTION)),
+        _section("Separation", _figure(drawn["separation"].svg, _SEPARATION_CAPTION)),
+        _section("Radio", _figure(drawn["radio"].svg, _RADIO_CAPTION)),
         _section("Agents", _agents(result.agents)),
         _section("Events", _events(result)),
         _section("How to repeat", _repeat(result)),

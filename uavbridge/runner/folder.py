@@ -12,7 +12,7 @@ from uavbridge.config import Mission, to_toml
 from uavbridge.errors import ConfigError
 from uavbridge.recording.parts import MCAP_NAME, parts_of
 from uavbridge.recording.tlog import TLOG_PATTERN
-from uavbridge.report.page import REPORT_NAME, SUMMARY_NAME
+from uavbridge.report.page import FIGURES, FIGURES_NAME, REPORT_NAME, SUMMARY_NAME
 
 RUNS = Path("runs")
 MISSION_NAME, OTHER_NAME = "mission.toml", "mission-as-flown.toml"
@@ -78,3 +78,5 @@ def _left(folder: Path) -> Iterator[Path]:
     for name in (SUMMARY_NAME, REPORT_NAME):
         if (folder / name).exists():
             yield folder / name
+    for name in FIGURES:
+        yield from (folder / FIGURES_NAME).glob(f"{name}.*")

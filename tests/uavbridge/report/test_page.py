@@ -1,4 +1,5 @@
 import re
+import struct
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 
 from planners.grid import Grid
 from uavbridge.report import figures, page
+from uavbridge.report.drawn import drawings, drawn
 from uavbridge.report.page import report_page, write_report
 from uavbridge.report.result import AgentResult, Event, MissionResult, TargetResult
 
@@ -47,7 +49,7 @@ def test_the_report_holds_everything(flown: MissionResult, tmp_path: Path) -> No
 
 
 def test_the_report_needs_no_network_and_no_script(flown: MissionResult) -> None:
-    text = report_page(flown)
+    text = report_page(flown, drawings(flown))
     reader = Reader(text)
     assert not {"script", "link", "img", "iframe", "object", "embed"} & set(reader.tags)
     addresses = set(re.findall(r"https?://[^\"'\s)]+", text))
@@ -57,17 +59,24 @@ def test_the_report_needs_no_network_and_no_script(flown: MissionResult) -> None
 
 
 def test_the_report_is_the_same_each_time(flown: MissionResult) -> None:
-    assert report_page(flown) == report_page(flown)
+    assert report_page(flown, drawings(flown)) == report_page(flown, drawings(flown))
 
 
-def test_pictures_are_well_formed(flown: MissionResult) -> None:
-    for svg in (
-        figures.map_figure(flown),
-        figures.progress_figure(flown),
-        figures.separation_figure(flown),
-        figures.bytes_figure(flown.agents),
-    ):
-        assert ElementTree.fromstring(svg).tag.endswith("svg")
+def test_pictures_stand_beside_the_page_for_papers(flown: MissionResult, tmp_path: Path) -> None:
+    write_report(flown, tmp_path)
+    names = set(page.FIGURES)
+    files = {path.name for path in (tmp_path / "figures").iterdir()}
+    assert files == {f"{name}.{kind}" for name in names for kind in ("svg", "png")}
+    page_text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    for name in names:
+        svg = (tmp_path / "figures" / f"{name}.svg").read_text(encoding="utf-8")
+        assert ElementTree.fromstring(svg.encode()).tag.endswith("svg")
+        assert svg.partition("\n")[2] in page_text
+        png = (tmp_path / "figures" / f"{name}.png").read_bytes()
+        width, height = struct.unpack(">II", png[16:24])
+        assert png.startswith(b"\x89PNG")
+        assert width > 1400
+        assert height > 400
 
 
 MARKUP = st.sampled_from(
@@ -119,7 +128,7 @@ def _head_and_tables(result: MissionResult) -> Reader:
 
 def test_a_hostile_mission_stays_text_on_the_whole_page(flown: MissionResult) -> None:
     text = "</title><script>alert('x')</script>{style}%s"
-    reader = Reader(report_page(_with_text(flown, text)))
+    reader = Reader(report_page(_with_text(flown, text), drawings(flown)))
     assert "script" not in reader.tags
     assert reader.text.count(text) >= 8
 
@@ -140,12 +149,12 @@ def test_any_number_of_agents_can_be_drawn(flown: MissionResult, agents: int) ->
         agents=tuple(AgentResult(agent, "landed", bytes_sent=agent) for agent in range(agents)),
         targets=tuple(TargetResult((c, 0)) for c in range(10)),
     )
-    assert "<svg" in figures.map_figure(many)
-    assert "<svg" in figures.bytes_figure(many.agents)
+    assert "<svg" in drawn("map", figures.map_figure(many), "m").svg
+    assert "<svg" in drawn("bytes", figures.bytes_figure(many.agents), "b").svg
 
 
 def test_gaps_in_the_series_are_drawn_as_gaps(flown: MissionResult) -> None:
     silent = replace(
         flown, series=replace(flown.series, separation_m=np.full(len(flown.series.t_s), np.nan))
     )
-    assert "<svg" in figures.separation_figure(silent)
+    assert "<svg" in drawn("s", figures.separation_figure(silent), "s").svg

@@ -11,6 +11,7 @@ from uavbridge.config import load, to_toml
 from uavbridge.errors import ConfigError
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import EventRecord, MissionRecord, ScoreRecord
+from uavbridge.report.drawn import drawings
 from uavbridge.report.page import report_page
 from uavbridge.report.recorded import recorded_result
 from uavbridge.report.result import AgentResult, MissionResult, TargetResult
@@ -75,7 +76,7 @@ def test_a_whole_recording_gives_the_result_again(tmp_path: Path, ended: Mission
     assert result.tracks[2][-1].tolist() == [95.0, 200.0, 30.0]
     assert result.seen is not None
     assert np.argwhere(result.seen).tolist() == [[0, 1], [0, 2]]
-    assert "battery low" in report_page(result)
+    assert "battery low" in report_page(result, drawings(result))
 
 
 def test_a_killed_mission_gives_what_there_is(tmp_path: Path) -> None:

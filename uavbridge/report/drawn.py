@@ -1,0 +1,73 @@
+"""Figures as SVG and PNG: in the report, and as files beside it for papers."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from io import BytesIO, StringIO
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from uavbridge.report import figures
+from uavbridge.report.result import MissionResult
+
+PNG_DPI = 200
+_XML = '<?xml version="1.0" encoding="utf-8"?>\n'
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """One figure."""
+
+    name: str  # of its files
+    svg: str  # an element that can stand in HTML
+    png: bytes
+
+
+def drawings(result: MissionResult) -> dict[str, Drawn]:
+    """All figures of a mission, by name; the same bytes each time."""
+    made = {
+        "map": (figures.map_figure(result), "Tracks over the final map"),
+        "progress": (
+            figures.progress_figure(result),
+            "Coverage, entropy and targets over time",
+        ),
+        "separation": (
+            figures.separation_figure(result),
+            "Distance of the closest pair over time",
+        ),
+        "radio": (
+            figures.bytes_figure(result.agents),
+            "Bytes sent and heard by each agent",
+        ),
+    }
+    return {name: drawn(name, figure, title) for name, (figure, title) in made.items()}
+
+
+def drawn(name: str, figure: Figure, title: str) -> Drawn:
+    """A figure as SVG and PNG; ``title`` is for those who cannot see it."""
+    text = StringIO()
+    with mpl.rc_context({"svg.hashsalt": title, "svg.fonttype": "none"}):
+        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
+    figure.set_layout_engine("none")  # laid out already; again would take as long as drawing
+    image = BytesIO()
+    figure.savefig(image, format="png", dpi=PNG_DPI, metadata={"Software": None})
+    return Drawn(name, _element(text.getvalue(), title), image.getvalue())
+
+
+def write_files(made: dict[str, Drawn], folder: Path) -> None:
+    """Write ``<name>.svg`` and ``<name>.png`` of each into a folder, made where it is not."""
+    folder.mkdir(exist_ok=True)
+    for one in made.values():
+        (folder / f"{one.name}.svg").write_text(_XML + one.svg, encoding="utf-8")
+        (folder / f"{one.name}.png").write_bytes(one.png)
+
+
+def _element(svg: str, title: str) -> str:
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    # The page's own fonts instead of those of this machine.
+    svg = re.sub(r"(font: [^'\";]*?px) [^;\"]*", r"\1 system-ui, sans-serif", svg)
+    return svg.replace("<svg ", f'<svg role="img" aria-label="{title}" ', 1)
