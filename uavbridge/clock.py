@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from typing import Protocol
 
 SECOND_US = 1_000_000
@@ -137,6 +137,6 @@ def pause(duration_s: float) -> None:
     time.sleep(duration_s)
 
 
-def wall_date() -> datetime:
-    """Today's UTC date and time, for names of folders and reports."""
-    return datetime.now(UTC)
+def wall_date(after_s: float = 0.0) -> datetime:
+    """UTC date and time, so long after now: for names of folders, reports, certificates."""
+    return datetime.now(UTC) + timedelta(seconds=after_s)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import socket
 from collections.abc import Callable, Sequence
 from typing import Any, Self, TypeAlias
@@ -19,6 +20,8 @@ from zenoh import handlers
 from uavbridge.bus import keys
 from uavbridge.bus.api import Sample
 from uavbridge.bus.matching import check
+from uavbridge.bus.refusals import REFUSALS_LOG
+from uavbridge.bus.security import Identity, access_control
 from uavbridge.errors import BusError
 
 PORT = 7447
@@ -49,6 +52,7 @@ _ROUTER: dict[str, Any] = {
     "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 200,
     "transport/link/tx/queue/congestion_control/block/wait_before_close": 200_000,
 }
+_TLS = "transport/link/tls"
 _RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 2}
 
 
@@ -119,13 +123,20 @@ class ZenohBus:
         mission: its name, part of every key.
         wait_s: how long to wait for a router that is not there yet.
         capacity: samples a subscription holds between two drains.
+        identity: who this session is, where the router asks.
 
     Raises:
-        BusError: no router answers at the endpoint.
+        BusError: no router answers at the endpoint, or it refuses the session.
     """
 
     def __init__(
-        self, endpoint: str, mission: str, *, wait_s: float = 0.0, capacity: int = CAPACITY
+        self,
+        endpoint: str,
+        mission: str,
+        *,
+        wait_s: float = 0.0,
+        capacity: int = CAPACITY,
+        identity: Identity | None = None,
     ) -> None:
         self.endpoint = endpoint
         self._prefix = keys.prefix(mission)
@@ -141,11 +152,13 @@ class ZenohBus:
                         "connect/endpoints": [endpoint],
                         "connect/timeout_ms": round(wait_s * 1000),
                         "connect/retry": _RETRY,
+                        **({} if identity is None else {_TLS: identity.connects()}),
                     },
                 )
             )
         except zenoh.ZError as fault:
-            raise BusError(f"no zenoh router answers at {endpoint}{_why(fault)}") from None
+            why = _why(fault) or _refused(endpoint, identity)
+            raise BusError(f"no zenoh router answers at {endpoint}{why}") from None
 
     def __enter__(self) -> Self:
         return self
@@ -264,13 +277,15 @@ class ZenohBus:
         return BusError(f"zenoh session with {self.endpoint}: {_short(fault)}")
 
 
-def find_missions(endpoint: str, *, wait_s: float = 0.0) -> dict[str, list[int]]:
+def find_missions(
+    endpoint: str, *, wait_s: float = 0.0, identity: Identity | None = None
+) -> dict[str, list[int]]:
     """The missions that a router knows, by name, each with the ids of its agents.
 
     Raises:
-        BusError: no router answers at the endpoint.
+        BusError: no router answers at the endpoint, or it refuses the session.
     """
-    with ZenohBus(endpoint, "any", wait_s=wait_s) as bus:
+    with ZenohBus(endpoint, "any", wait_s=wait_s, identity=identity) as bus:
         return bus.missions()
 
 
@@ -281,6 +296,8 @@ class Router:
         listen: an endpoint such as ``"tcp/127.0.0.1:7447"``, or ``"auto"``: port 7447
             on loopback when it is free, else any free one.
         connect: endpoints of other routers; the missions of all are one.
+        identity: the router's; it lets in whom its authority has signed, and everybody do
+            what ``bus.security`` says. None: whoever comes may do everything.
 
     Attributes:
         endpoint: where clients find it.
@@ -289,11 +306,23 @@ class Router:
         BusError: the port is in use, or the endpoint makes no sense.
     """
 
-    def __init__(self, listen: str = "auto", *, connect: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        listen: str = "auto",
+        *,
+        connect: Sequence[str] = (),
+        identity: Identity | None = None,
+    ) -> None:
+        settings = {**_linked(connect), **_guarded(identity)}
         if listen == "auto":
-            self.endpoint, self._session = _listen_anywhere(connect)
+            protocol = "tcp" if identity is None else "tls"
+            self.endpoint, self._session = _listen_anywhere(protocol, settings)
         else:
-            self.endpoint, self._session = listen, _listen(listen, connect)
+            self.endpoint, self._session = listen, _listen(listen, settings)
+
+    def tell(self, mission: str, key: str, data: bytes) -> None:
+        """Publish to all clients."""
+        self._session.put(keys.prefix(mission) + check(key), data)
 
     @property
     def clients(self) -> int:
@@ -311,8 +340,14 @@ class Router:
         self._session.close()  # type: ignore[no-untyped-call]
 
 
-def _listen(endpoint: str, connect: Sequence[str]) -> zenoh.Session:
-    settings = {**_ROUTER, "listen/endpoints": [endpoint], **_linked(connect)}
+def log_refusals() -> None:
+    """Have zenoh write on standard output whom its router refuses, for ``bus.refusals``."""
+    os.environ["RUST_LOG"] = REFUSALS_LOG
+    zenoh.init_log_from_env_or("error")
+
+
+def _listen(endpoint: str, special: dict[str, Any]) -> zenoh.Session:
+    settings = {**_ROUTER, "listen/endpoints": [endpoint], **special}
     try:
         return zenoh.open(_config("router", settings))
     except zenoh.ZError as fault:
@@ -334,16 +369,22 @@ def _linked(connect: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _listen_anywhere(connect: Sequence[str]) -> tuple[str, zenoh.Session]:
+def _guarded(identity: Identity | None) -> dict[str, Any]:
+    if identity is None:
+        return {}
+    return {_TLS: identity.listens(), "access_control": access_control(identity.access())}
+
+
+def _listen_anywhere(protocol: str, settings: dict[str, Any]) -> tuple[str, zenoh.Session]:
     ports = [PORT, *(_free_port() for _ in range(3))]
     for port in ports[:-1]:
-        endpoint = f"tcp/{LOOPBACK}:{port}"
+        endpoint = f"{protocol}/{LOOPBACK}:{port}"
         try:
-            return endpoint, _listen(endpoint, connect)
+            return endpoint, _listen(endpoint, settings)
         except BusError as fault:
             _log.debug("%s", fault)
-    endpoint = f"tcp/{LOOPBACK}:{ports[-1]}"
-    return endpoint, _listen(endpoint, connect)
+    endpoint = f"{protocol}/{LOOPBACK}:{ports[-1]}"
+    return endpoint, _listen(endpoint, settings)
 
 
 def _free_port() -> int:
@@ -362,6 +403,13 @@ def _config(mode: str, settings: dict[str, Any]) -> zenoh.Config:
 def _short(fault: zenoh.ZError) -> str:
     """What zenoh says, without the places in its source."""
     return str(fault).partition(" at /")[0].strip().rstrip("!.")
+
+
+def _refused(endpoint: str, identity: Identity | None) -> str:
+    """What may be behind a session that does not open: zenoh does not tell."""
+    if identity is not None:
+        return f", or it does not take {identity.folder} (expired, or of another mission?)"
+    return " (tls: it wants an identity, --keys)" if endpoint.startswith("tls/") else ""
 
 
 def _why(fault: zenoh.ZError) -> str:

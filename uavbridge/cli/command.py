@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import math
 import os
+from pathlib import Path
 from typing import Any
 
 import click
 
 from uavbridge.agent.orders import Verb
+from uavbridge.bus.security import Identity
 from uavbridge.bus.wire import Vector
 from uavbridge.cli.group import echo_json
 from uavbridge.errors import BusError, ConfigError
 
 ROUTER = "tcp/127.0.0.1:7447"
+KEYS = click.option(
+    "--keys", type=click.Path(path_type=Path), metavar="DIR", help="Identity, where one is asked."
+)
+
+
+def identity_of(folder: Path | None) -> Identity | None:
+    """The identity in a folder that ``uavbridge keys new`` made."""
+    return None if folder is None else Identity(folder)
 
 
 def choose_mission(found: dict[str, list[int]], name: str | None, router: str) -> str:
@@ -51,6 +61,7 @@ def _point(text: str | None) -> Vector | None:
 @click.option("--to", metavar="X,Y[,Z]", help="Where goto goes to: m east, north and above home.")
 @click.option("--mission", metavar="NAME", help="Which, if more than one flies.")
 @click.option("--router", metavar="ENDPOINT", default=ROUTER, show_default=True, help="Of the bus.")
+@KEYS
 @click.option("--timeout", type=float, default=5.0, show_default=True, help="For answers, s.")
 @click.option("--json", "as_json", is_flag=True, help="Print the answers as JSON.")
 @click.pass_context
@@ -72,12 +83,13 @@ def command(ctx: click.Context, /, verb: str, **options: Any) -> None:
     order, position, router = Verb(verb), _point(options["to"]), options["router"]
     if (order is Verb.GOTO) != (position is not None):
         raise ConfigError("--to: goto needs it, and nothing else takes it")
-    found = find_missions(router)
+    identity = identity_of(options["keys"])
+    found = find_missions(router, identity=identity)
     mission = choose_mission(found, options["mission"], router)
     agent = options["agent"]
     if agent is not None and agent not in found[mission]:
         raise BusError(f"agent {agent} is not there; flying in {mission}: {found[mission]}")
-    with ZenohBus(router, mission) as bus:
+    with ZenohBus(router, mission, identity=identity) as bus:
         replies = send_order(
             bus,
             order,

@@ -12,7 +12,7 @@ from uavbridge.cli.command import command
 from uavbridge.cli.experiments import compare, experiment
 from uavbridge.cli.group import Group, echo_json, set_up_logging
 from uavbridge.cli.monitor import monitor
-from uavbridge.cli.processes import agent, router
+from uavbridge.cli.processes import agent, keys, router
 from uavbridge.cli.replay import record, replay, report
 from uavbridge.errors import BusError, LinkError
 
@@ -171,6 +171,7 @@ def planners(as_json: bool) -> None:
 
 main.add_command(agent)
 main.add_command(router)
+main.add_command(keys)
 main.add_command(monitor)
 main.add_command(command)
 main.add_command(record)

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from uavbridge.agent.orders import Verb
-from uavbridge.cli.command import ROUTER, choose_mission
+from uavbridge.cli.command import KEYS, ROUTER, choose_mission, identity_of
 from uavbridge.errors import ConfigError
 
 
@@ -21,6 +21,7 @@ from uavbridge.errors import ConfigError
 @click.option("--token", envvar="UAVBRIDGE_TOKEN", metavar="T", help="Asked of who opens the page.")
 @click.option("--mission", metavar="NAME", help="Which, if more than one flies.")
 @click.option("--router", metavar="ENDPOINT", default=ROUTER, show_default=True, help="Of the bus.")
+@KEYS
 def monitor(recording: Path | None, **options: Any) -> None:
     """Watch a flying mission in the terminal: agents, merged map, events; keys give orders.
 
@@ -39,9 +40,9 @@ def monitor(recording: Path | None, **options: Any) -> None:
     from uavbridge.monitor.terminal import run
     from uavbridge.monitor.watch import MissionWatch
 
-    router = options["router"]
-    mission = choose_mission(find_missions(router), options["mission"], router)
-    with ZenohBus(router, mission) as bus:
+    router, identity = options["router"], identity_of(options["keys"])
+    mission = choose_mission(find_missions(router, identity=identity), options["mission"], router)
+    with ZenohBus(router, mission, identity=identity) as bus:
         watch = MissionWatch(bus)
 
         def send(verb: Verb, agent: int | None) -> str:
@@ -72,6 +73,6 @@ def _in_browser(recording: Path | None, options: dict[str, Any]) -> None:
     if recording is not None:
         serve_recording(recording, place, ready)
         return
-    router = options["router"]
-    mission = choose_mission(find_missions(router), options["mission"], router)
-    serve_live(router, mission, place, ready)
+    router, identity = options["router"], identity_of(options["keys"])
+    mission = choose_mission(find_missions(router, identity=identity), options["mission"], router)
+    serve_live(router, mission, place, ready, identity=identity)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from uavbridge.cli.command import ROUTER
+from uavbridge.cli.command import KEYS, ROUTER, identity_of
 from uavbridge.errors import ConfigError
 
 
@@ -17,6 +17,7 @@ from uavbridge.errors import ConfigError
 @click.option("--router", metavar="ENDPOINT", default=ROUTER, show_default=True, help="Of the bus.")
 @click.option("--connect", multiple=True, metavar="URL", help="Vehicles, in the order of --id.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the recording.")
+@KEYS
 @click.option("--wait", type=float, default=60.0, show_default=True, help="For the launcher, s.")
 @click.pass_context
 def agent(
@@ -26,6 +27,7 @@ def agent(
     router: str,
     connect: tuple[str, ...],
     out: Path | None,
+    keys: Path | None,
     wait: float,
 ) -> None:
     """Fly single agents of MISSION (a TOML file; -: standard input), on a machine of their own.
@@ -63,6 +65,7 @@ def agent(
             router=router,
             endpoints=dict(zip(ids, connect, strict=False)),
             folder=out,
+            identity=identity_of(keys),
             wait_s=wait,
             stop=stop,
             tell=lambda text: click.echo(text),
@@ -75,11 +78,50 @@ def agent(
 @click.command()
 @click.option("--listen", metavar="ENDPOINT", default="auto", show_default=True, help="Its own.")
 @click.option("--connect", multiple=True, metavar="ENDPOINT", help="Another router to link to.")
+@KEYS
 @click.option("--lingers", is_flag=True, hidden=True)
-def router(listen: str, connect: tuple[str, ...], lingers: bool) -> None:
-    """Run a zenoh router for missions, until Ctrl-C; prints its endpoint."""
+def router(listen: str, connect: tuple[str, ...], keys: Path | None, lingers: bool) -> None:
+    """Run a zenoh router for missions, until Ctrl-C; prints its endpoint.
+
+    With --keys it takes only sessions with an identity of the same mission, lets each do what is
+    its own, and prints whom it refused.
+    """
     from uavbridge.runner.interrupts import interrupts
     from uavbridge.runner.router import route
 
     with interrupts("the router ends") as stop:
-        route(listen, connect, lingers=lingers, stop=stop, ready=click.echo)
+        route(
+            listen,
+            connect,
+            identity=identity_of(keys),
+            lingers=lingers,
+            stop=stop,
+            ready=click.echo,
+        )
+
+
+@click.group()
+def keys() -> None:
+    """Make a mission's certificates."""
+
+
+@keys.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option("--mission", type=click.Path(), help="Mission file; else the built-in example.")
+@click.option("--host", "hosts", multiple=True, metavar="NAME", help="Of the router; may repeat.")
+@click.option("--days", type=float, default=30.0, show_default=True, help="Good for so long.")
+def new(folder: Path, mission: str | None, hosts: tuple[str, ...], days: float) -> None:
+    """Make FOLDER: a certificate authority, and an identity for each part of a mission.
+
+    Each machine gets the sub-folders of those who live there, and no others.
+    """
+    from uavbridge import config
+
+    loaded = config.load(mission)
+    try:
+        from uavbridge.keys import make
+    except ModuleNotFoundError:
+        raise ConfigError("keys: install the extra: pip install 'uavbridge[keys]'") from None
+
+    made = make(folder, loaded.name, loaded.scenario().team, hosts=hosts, days=days)
+    click.echo(f"{len(made)} identities in {folder}: {', '.join(path.name for path in made)}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from uavbridge.cli.command import ROUTER, choose_mission
+from uavbridge.cli.command import KEYS, ROUTER, choose_mission, identity_of
 from uavbridge.cli.steps import steps
 from uavbridge.errors import ConfigError
 
@@ -78,19 +78,23 @@ def report(recording: Path, out: Path | None) -> None:
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write to.")
 @click.option("--mission", metavar="NAME", help="Which, if more than one flies.")
 @click.option("--router", metavar="ENDPOINT", default=ROUTER, show_default=True, help="Of the bus.")
-def record(out: Path, mission: str | None, router: str) -> None:
+@KEYS
+def record(out: Path, mission: str | None, router: str, keys: Path | None) -> None:
     """Join a flying mission and record what its bus carries, until it ends or Ctrl-C."""
     from uavbridge.bus.zenoh_bus import ZenohBus, find_missions
     from uavbridge.replay.record import Joined, Onlooker
     from uavbridge.replay.record import record as write_down
     from uavbridge.runner.interrupts import interrupts
 
-    name = choose_mission(find_missions(router), mission, router)
+    name = choose_mission(find_missions(router, identity=identity_of(keys)), mission, router)
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as fault:
         raise ConfigError(f"--out: cannot write to {out}: {fault.strerror}") from None
-    with ZenohBus(router, name) as bus, interrupts("recording ends") as stop:
+    with (
+        ZenohBus(router, name, identity=identity_of(keys)) as bus,
+        interrupts("recording ends") as stop,
+    ):
         joined = Joined(bus, stop)
         with _recorder(out, name) as recorder, steps(f"recording {name}") as tell:
             click.echo(f"recording {name} to {out}, Ctrl-C ends it", err=True)

@@ -114,15 +114,22 @@ def _read(path: Path) -> str:
 
 
 def _placed(mission: Mission, folder: Path) -> Mission:
-    """With the elevation file's whole path, so that the mission can be flown from anywhere."""
-    ground = mission.ground
-    if ground is None or ground.file is None:
-        return mission
+    """With whole paths of files that it names, so that it can be flown from anywhere."""
+    ground, security = mission.ground, mission.security
+    if ground is not None and ground.file is not None:
+        file = _whole(folder, ground.file, ("terrain", "file"))
+        mission = replace(mission, ground=replace(ground, file=file))
+    if security.keys is not None:
+        keys = _whole(folder, security.keys, ("security", "keys"))
+        mission = replace(mission, security=replace(security, keys=keys))
+    return mission
+
+
+def _whole(folder: Path, path: str, key: tuple[str, ...]) -> str:
     try:
-        file = str((folder / ground.file).resolve())
+        return str((folder / path).resolve())
     except (OSError, ValueError, RuntimeError) as error:
-        raise FieldError(("terrain", "file"), str(error), ground.file) from None
-    return replace(mission, ground=replace(ground, file=file))
+        raise FieldError(key, str(error), path) from None
 
 
 def _decode(text: str, name: str) -> dict[str, Any]:

@@ -27,6 +27,7 @@ from uavbridge.config.tables import (
     Radio,
     Recording,
     Safety,
+    Security,
     Sensor,
     Simulator,
     Table,
@@ -100,6 +101,7 @@ class Mission(Table, frozen=True):
     safety: Safety = Safety()
     wind: Wind = Wind()
     bus: Bus = Bus()
+    security: Security = Security()
     simulator: Simulator = Simulator()
     recording: Recording = Recording()
 
@@ -150,11 +152,15 @@ class Mission(Table, frozen=True):
         return next((each.endpoint for each in self.agents if each.id == agent), None)
 
     def apart(self) -> frozenset[int]:
-        """Agents that do not fly in the launcher's own process (paced missions only)."""
+        """Agents that do not fly in the launcher's own process (paced missions only).
+
+        Credentials belong to agents: where they are asked for, each has a process of its own.
+        """
         if self.clock == "stepped":
             return frozenset()
         everybody = frozenset(member.id for member in self.team())
-        return everybody if self.bus.agents_per_process else frozenset(self.bus.remote)
+        by_themselves = self.bus.agents_per_process or self.security.keys is not None
+        return everybody if by_themselves else frozenset(self.bus.remote)
 
     def target_cells(self) -> tuple[tuple[int, int], ...]:
         """(column, row) of the true targets, each cell once, in the file's order."""

@@ -199,6 +199,15 @@ class Bus(Table, frozen=True):
     ] = 60.0
 
 
+class Security(Table, frozen=True):
+    """Who may take part, and do what (docs/how_to/secure_the_bus.md)."""
+
+    keys: Annotated[
+        str | None,
+        Meta(description="folder made by `uavbridge keys new`; absent: whoever comes may do all"),
+    ] = None
+
+
 class Simulator(Table, frozen=True):
     """The simulated vehicles."""
 

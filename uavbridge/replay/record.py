@@ -62,9 +62,10 @@ class Listener:
         elif space == "state" and agent is not None and rest == str(agent):
             self._report(agent, sample.data)
         elif space == "state" and rest.endswith("/event"):
-            self._event(sample.data)
+            self.event(sample.data)
 
-    def _event(self, data: bytes) -> None:
+    def event(self, data: bytes) -> None:
+        """An event, whoever tells of it."""
         with suppress(msgspec.DecodeError):
             decode(EventRecord, data)
             self.write("event", self._t_us, data)

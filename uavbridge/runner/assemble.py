@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from math import pi
+from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 
@@ -18,6 +20,7 @@ from sim_vehicles.world.payload import CellSensor, CellSensorSpec
 from sim_vehicles.world.signals import ReceiverSpec, SignalReceiver
 from uavbridge import plugins
 from uavbridge.agent.plan import AgentPlan, return_heights
+from uavbridge.bus.security import Identity
 from uavbridge.bus.tiles import Tiling
 from uavbridge.config import Mission
 from uavbridge.errors import ConfigError
@@ -46,6 +49,16 @@ def patience(mission: Mission, duration_s: float) -> float:
 def wire_delay(mission: Mission) -> float:
     """Mission time (s) that sockets and processes add to a setpoint's way in a paced run."""
     return WIRE_S * mission.speed if mission.clock == "paced" else 0.0
+
+
+def identity_of(mission: Mission, name: str) -> Identity | None:
+    """The credentials of one part of a mission; None where none are asked for.
+
+    Raises:
+        ConfigError: they are not there.
+    """
+    keys = mission.security.keys
+    return None if keys is None else Identity(Path(keys) / name)
 
 
 def planner_of(mission: Mission, kind: PlannerKind | None = None) -> Planner:
@@ -88,6 +101,12 @@ def envelope_of(mission: Mission) -> Envelope:
     )
 
 
+def mission_mark(mission: Mission) -> int:
+    """A number of 32 bits by which frames of another mission are told apart."""
+    area, name = mission.area, f"{mission.name} {mission.seed} {mission.belief.merge}"
+    return crc32(f"{name} {area.columns} {area.rows} {area.cell_m}".encode())
+
+
 def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
     """A plan for each agent, ascending ids. Nothing in it knows the targets."""
     scenario = mission.scenario()
@@ -109,6 +128,8 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             duration_s=mission.duration,
             terrain=mission.terrain(),
             sensing_m=100.0 if mission.ground is None else mission.ground.sensing_m,
+            mission_mark=mission_mark(mission),
+            frame_bytes=mission.radio.frame_bytes,
             keyframe_s=mission.radio.keyframe_s,
             endpoint=mission.endpoint(agent) or "simulated",
             ready_timeout_s=patience(mission, 60.0),

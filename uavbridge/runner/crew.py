@@ -17,6 +17,7 @@ from msgspec.json import Decoder
 
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
+from uavbridge.bus.security import agent_name
 from uavbridge.bus.text import read
 from uavbridge.clock import pause, to_s, wall_s
 from uavbridge.config import Mission, to_toml
@@ -68,6 +69,7 @@ class Crew:
         self._followed = Followed(bus)
         self._listener = Listener(recorder)
         self._mailboxes = [bus.subscribe("air/**"), bus.subscribe("state/**")]
+        self._refused = bus.subscribe(keys.REFUSED)
         self._tokens = bus.watch(keys.alive("*"))
         self.dead: dict[int, int] = {}
         text = to_toml(as_flown(mission.for_agents()))
@@ -76,6 +78,8 @@ class Crew:
     def start(self, router: str) -> None:
         """Start the child processes that the mission asks for."""
         size = self._mission.bus.agents_per_process
+        if self._mission.security.keys is not None:
+            size = 1
         mine = sorted(self.agents - set(self._mission.bus.remote))
         for first in range(0, len(mine), size) if size else ():
             agents = mine[first : first + size]
@@ -84,6 +88,8 @@ class Crew:
     def _child(self, agents: Sequence[int], router: str) -> subprocess.Popen[bytes]:
         given = [f"--id={agent}" for agent in agents]
         arguments = ["uavbridge", "agent", "-", *given, f"--router={router}"]
+        if self._mission.security.keys is not None:
+            arguments.append(f"--keys={self._mission.security.keys}/{agent_name(agents[0])}")
         if self._recorder.folder is not None:
             arguments.append(f"--out={recording_of(self._recorder.folder, agents)}")
         child = spawn(arguments)
@@ -128,6 +134,9 @@ class Crew:
                 self._listener.take(sample)
                 if sample.key == keys.event(agent):
                     events += _event(agent, sample.data, t_us)
+        for sample in self._refused.drain():
+            self._listener.event(sample.data)
+            events += _event(None, sample.data, t_us)
         return events + self._deaths(t_us)
 
     def _deaths(self, t_us: int) -> list[Event]:
@@ -150,7 +159,7 @@ class Crew:
 
     def allowed_us(self, t_us: int) -> int:
         """How far the simulation may go: not far ahead of the slowest of these agents."""
-        slowest_us = self._followed.slowest_us(self.agents)
+        slowest_us = self._followed.slowest_us(self.agents - self.dead.keys())
         return t_us + AHEAD_US if slowest_us is None else min(t_us, slowest_us) + AHEAD_US
 
     def close(self) -> None:
@@ -182,12 +191,13 @@ def recording_of(folder: Path, agents: Iterable[int]) -> Path:
     return folder / FOLDER / "-".join(map(str, agents))
 
 
-def _event(agent: int, data: bytes, t_us: int) -> list[Event]:
+def _event(agent: int | None, data: bytes, t_us: int) -> list[Event]:
     try:
         record = read(_EVENT, data)
     except DecodeError:
         return []
-    _log.info("agent %d: %s", agent, record.text)
+    who = "router" if agent is None else f"agent {agent}"
+    _log.log(logging.INFO if agent else logging.WARNING, "%s: %s", who, record.text)
     return [Event(to_s(t_us), record.text, agent)]
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import msgspec
 
 from planners.planner import Planner
+from uavbridge.bus.security import Identity
 from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.clock import SECOND_US, LedClock, PacedClock, to_s, wall_date
 from uavbridge.config import Mission, parse, to_toml
@@ -32,7 +33,11 @@ from uavbridge.runner.simulation import Reached
 from uavbridge.vehicle.mavlink import MavlinkVehicle
 
 # Of a machine, not of the mission: these may differ from the launcher's.
-_OWN = ("agents", "bus", "clock", "headless", "json", "out", "recording", "simulator", "targets")
+_OWN = frozenset({"agents", "bus", "clock", "headless", "json", "out", "recording"}) | {
+    "security",
+    "simulator",
+    "targets",
+}
 
 _log = logging.getLogger(__name__)
 
@@ -45,6 +50,7 @@ def fly_elsewhere(
     router: str,
     endpoints: Mapping[int, str],
     folder: Path | None,
+    identity: Identity | None = None,
     wait_s: float,
     stop: Callable[[], bool],
     tell: Callable[[str], None] = _log.info,
@@ -58,6 +64,7 @@ def fly_elsewhere(
         router: zenoh endpoint.
         endpoints: where the vehicles are, by agent; the others are the launcher's simulated ones.
         folder: for the recording; None: none.
+        identity: of this session, where the router asks for one.
         wait_s: how long to wait for router and launcher.
         stop: asked at every tick; True calls these agents home.
         tell: is told what people need to know.
@@ -71,7 +78,7 @@ def fly_elsewhere(
         LinkError: a port is in use.
     """
     with ExitStack() as stack:
-        bus = stack.enter_context(ZenohBus(router, mission.name, wait_s=wait_s))
+        bus = stack.enter_context(ZenohBus(router, mission.name, wait_s=wait_s, identity=identity))
         here = Pace(bus, agents)
         tell(f"agents {_listed(agents)}: router {router}, waiting for the mission to begin")
         told = wait_for(bus, lambda _: True, wait_s=wait_s)

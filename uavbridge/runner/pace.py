@@ -12,7 +12,12 @@ from uavbridge.bus.api import Bus
 from uavbridge.bus.text import read
 from uavbridge.clock import wall_s
 
-PATIENCE_S = 2.0  # wall time after which a process that says nothing is not waited for
+# Wall time after which a process that says nothing is not waited for; shorter than the
+# patience of ``LedClock``, so that the others do not take the simulation for dead meanwhile.
+PATIENCE_S = 0.5
+
+
+PRESENCE_S = 2.0  # wall time for which a process that waits counts as there
 
 
 class Here(Struct, frozen=True):
@@ -61,7 +66,8 @@ class Followed:
 
     def here(self) -> frozenset[int]:
         """Agents that somebody has spoken for lately."""
-        return frozenset(agent for here in self._lately() for agent in here.agents)
+        since_s = wall_s() - PRESENCE_S
+        return frozenset(agent for here in self._since(since_s) for agent in here.agents)
 
     def slowest_us(self, agents: Iterable[int]) -> int | None:
         """Mission time that all processes of these agents are done with.
@@ -69,8 +75,8 @@ class Followed:
         Who has been silent for a while does not count; None: nobody has spoken lately.
         """
         wanted = set(agents)
-        return min((h.t_us for h in self._lately() if wanted & set(h.agents)), default=None)
+        lately = self._since(wall_s() - PATIENCE_S)
+        return min((h.t_us for h in lately if wanted & set(h.agents)), default=None)
 
-    def _lately(self) -> list[Here]:
-        since_s = wall_s() - PATIENCE_S
+    def _since(self, since_s: float) -> list[Here]:
         return [here for here, heard_s in self._reached.values() if heard_s >= since_s]

@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from planners.planner import Planner
+from uavbridge.bus.security import LAUNCHER, ROUTER
 from uavbridge.bus.zenoh_bus import Router, ZenohBus
 from uavbridge.clock import SECOND_US, Clock, LedClock, to_s
 from uavbridge.config import Mission
@@ -91,8 +92,13 @@ def fly_paced(
                 router = _router(mission, bool(others))
             stack.callback(router.close)
             endpoint = router.endpoint
+        identity = assemble.identity_of(mission, LAUNCHER)
+
+        def session() -> ZenohBus:
+            return stack.enter_context(ZenohBus(endpoint, mission.name, identity=identity))
+
         with _about("bus.router"):
-            bus = stack.enter_context(ZenohBus(endpoint, mission.name))
+            bus = session()
         tell(f"zenoh router {endpoint}, keys uavbridge/{mission.name}/**")
         if aside is not None:
             stack.enter_context(aside(endpoint))
@@ -109,14 +115,13 @@ def fly_paced(
         simulation = stack.enter_context(
             Simulation(mission, simulated, endpoint, lingers=bool(others))
         )
-        judge = Judge(mission, stack.enter_context(ZenohBus(endpoint, mission.name)), recorder)
+        judge = Judge(mission, session(), recorder)
         spoken = simulation.ready()
         crew = None
         if others:
             host_name = mission.simulator.host
             found = {agent: f"udpout:{host_name}:{spoken[agent]}" for agent in others & set(spoken)}
-            session = stack.enter_context(ZenohBus(endpoint, mission.name))
-            crew = stack.enter_context(Crew(mission, others, session, recorder, found))
+            crew = stack.enter_context(Crew(mission, others, session(), recorder, found))
             crew.start(endpoint)
             missing = crew.wait(stop)
             if missing:
@@ -135,7 +140,7 @@ def fly_paced(
             for agent, link in links.items()
         }
         host = build_host(mission, plans, vehicles, bus, recorder)
-        progress = _with_payloads(mission, stack, endpoint, progress)
+        progress = _with_payloads(mission, session, progress)
         _loop(clock, host, crew, judge, simulation, progress, stop)
         return Flown(judge, host)
 
@@ -174,14 +179,14 @@ def _loop(
 
 
 def _with_payloads(
-    mission: Mission, stack: ExitStack, endpoint: str, progress: Progress
+    mission: Mission, session: Callable[[], ZenohBus], progress: Progress
 ) -> Progress:
     """Vehicles that are not simulated have simulated payloads, unless the mission says no."""
     team = mission.scenario().team
     agents = tuple(agent for agent in team if mission.endpoint(agent) is not None)
     if not agents or not mission.sensor.simulated:
         return progress
-    payloads = Payloads(mission, agents, stack.enter_context(ZenohBus(endpoint, mission.name)))
+    payloads = Payloads(mission, agents, session())
 
     def sense(t_us: int, judge: Judge, host: AgentHost) -> None:
         payloads.step(t_us)
@@ -192,7 +197,9 @@ def _with_payloads(
 
 def _router(mission: Mission, alone: bool) -> Router | RouterProcess:
     """In a process of its own where the agents are, too: it must not die with this one."""
-    return RouterProcess(mission.bus.listen) if alone else Router(mission.bus.listen)
+    if not alone:
+        return Router(mission.bus.listen)
+    return RouterProcess(mission.bus.listen, assemble.identity_of(mission, ROUTER))
 
 
 def _link(mission: Mission, agent: int, place: int) -> Link:

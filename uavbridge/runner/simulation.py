@@ -31,6 +31,7 @@ from sim_vehicles.udp import UdpPorts
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
 from uavbridge.bus.messages import decode_truth
+from uavbridge.bus.security import LAUNCHER
 from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.clock import SECOND_US, PacedClock
 from uavbridge.config import Mission
@@ -181,7 +182,8 @@ def _serve_parent(told: BinaryIO) -> None:
     setup = msgspec.msgpack.decode(told.read(int(told.readline())), type=Setup)
     agents = tuple(sorted(setup.ports))
     fleet = assemble.fleet_of(setup.mission, agents)
-    with ZenohBus(setup.router, setup.mission.name) as bus:
+    identity = assemble.identity_of(setup.mission, LAUNCHER)
+    with ZenohBus(setup.router, setup.mission.name, identity=identity) as bus:
         world = world_of(setup.mission, fleet, agents, bus)
         ports = UdpPorts(
             setup.mission.simulator.host, [setup.ports[agent] or None for agent in agents]

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
+from uavbridge.bus.security import Identity
 from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.errors import ConfigError
 from uavbridge.monitor.replayed import Player
@@ -47,6 +48,8 @@ def serve_live(
     place: Place,
     ready: Callable[[str], None],
     stop: Callable[[], bool] = lambda: False,
+    *,
+    identity: Identity | None = None,
 ) -> None:
     """Serve the page of a mission on a bus until Ctrl-C.
 
@@ -55,7 +58,7 @@ def serve_live(
         ConfigError, LinkError: as ``server.serve`` does.
     """
     check_extra()
-    with ZenohBus(router, mission) as bus:
+    with ZenohBus(router, mission, identity=identity) as bus:
         _serve(Live(bus, mission, connected=lambda: bus.connected), place, ready, stop)
 
 
