@@ -67,6 +67,14 @@ class Counts:
         return _RECORD
 
     @property
+    def item(self) -> tuple[str, ...]:
+        return ("cell", "agent", "born")
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        return ("cell", "agent", "born", "positive", "negative", "stamp_ms")
+
+    @property
     def onlooker(self) -> MergeRule:
         return self
 

@@ -120,6 +120,10 @@ class FusingRule(OneValue):
     newest_keeps: bool = True
     distinct: bool = True
 
+    @property
+    def compared(self) -> tuple[str, ...]:
+        return ("cell", "stamp_us")  # values of one stamp are not merged, however they differ
+
     def combine(self, own: F64, seen: Bools, others: F64, used: Bools) -> F64:
         raise NotImplementedError
 

@@ -47,6 +47,14 @@ class OneValue:
         return RECORD
 
     @property
+    def item(self) -> tuple[str, ...]:
+        return ("cell",)
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        return ("cell", "origin", "probability", "stamp_us")
+
+    @property
     def onlooker(self) -> MergeRule:
         return BeliefUpdate()
 
@@ -128,6 +136,10 @@ class Uncoordinated(OneValue):
 
     name: str = "uncoordinated"
     code: int = 2
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        return ()
 
     def merge(self, belief: BeliefMap, records: Records) -> tuple[BeliefMap, I64]:
         return belief, np.zeros(0, np.int64)

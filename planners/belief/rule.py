@@ -40,6 +40,19 @@ class MergeRule(Protocol):
         ...
 
     @property
+    def item(self) -> tuple[str, ...]:
+        """Fields of a record that name what it tells of; a later one of the same replaces it."""
+        ...
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """Fields in which two agents' records of a cell differ if one can learn from the other.
+
+        Empty: nobody learns anything from anybody.
+        """
+        ...
+
+    @property
     def onlooker(self) -> MergeRule:
         """The rule by which one who only listens unites the records of all agents.
 

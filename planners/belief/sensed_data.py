@@ -54,6 +54,14 @@ class SensedData:
         return _RECORD
 
     @property
+    def item(self) -> tuple[str, ...]:
+        return ("cell", "origin", "detected", "stamp_us")
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        return ("cell", "origin", "detected", "stamp_us")
+
+    @property
     def onlooker(self) -> MergeRule:
         return self
 

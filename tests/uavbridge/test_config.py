@@ -232,7 +232,8 @@ WRONG = [
         "simulator.parameters.COM_ARM_MIS_REQ",
         "must be 0..1",
     ),
-    ("range_m = 400", "keyframe_s = 1e308", "radio.keyframe_s", "<= 86400"),
+    ("range_m = 400", "keyframe_s = 0", "radio.keyframe_s", "> 0"),
+    ("range_m = 400", "frame_bytes = 100", "radio.frame_bytes", ">= 128"),
     ("q = 0.05", "q = 0.05\nperiod_s = 1e308", "sensor.period_s", "<= 86400"),
     ("[400, 700]", "[400, 1e300]", "targets[1].position", "outside"),
     (

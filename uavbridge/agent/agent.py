@@ -19,7 +19,8 @@ from uavbridge.agent.hearing import Hearing
 from uavbridge.agent.mapping import Mapping
 from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.agent.plan import AgentPlan
-from uavbridge.bus.wire import DELTA, KEYFRAME, Beacon, Frame
+from uavbridge.agent.telling import Telling
+from uavbridge.bus.wire import Beacon
 from uavbridge.clock import to_us
 from uavbridge.rng import stream
 from uavbridge.safety.filter import Vector
@@ -53,7 +54,7 @@ class Agent:
         self._memory: Any = None
         self._sensed = Sensed()
         self._next_decision_us = 0
-        self._next_keyframe_us = to_us(plan.keyframe_s)
+        self._telling = Telling(plan, self.mapping)
 
     @property
     def phase(self) -> Phase:
@@ -130,24 +131,9 @@ class Agent:
         if shines:
             effects.append(Shine(Beacon(self.plan.agent, t_us, position, velocity)))
         if speaks:
-            effects.append(Publish(self._frame(t_us, position, velocity)))
+            payload = self.goal.payload if self.goal else b""
+            effects.append(Publish(self._telling.frame(t_us, position, velocity, payload)))
         return effects
-
-    def _frame(self, t_us: int, position: Vector, velocity: Vector) -> Frame:
-        keyframe = t_us >= self._next_keyframe_us
-        if keyframe:
-            self._next_keyframe_us += to_us(self.plan.keyframe_s)
-        return Frame(
-            kind=KEYFRAME if keyframe else DELTA,
-            sender=self.plan.agent,
-            tick=t_us // self._tick_us,
-            t_us=t_us,
-            position=position,
-            velocity=velocity,
-            payload=self.goal.payload if self.goal else b"",
-            rule=self.plan.rule.code,
-            cells=self.mapping.take_all() if keyframe else self.mapping.take_changed(),
-        )
 
 
 def view_of(

@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import isfinite
+from collections.abc import Iterable, Sequence
+from math import inf, isfinite
+from typing import NamedTuple
 
 import numpy as np
 
 from planners.belief.merge import BeliefMap, Records, unpack
-from planners.types import Reading
+from planners.types import I64, Reading
+from uavbridge.agent.catching_up import CatchingUp
+from uavbridge.agent.outbox import Outbox
 from uavbridge.agent.plan import AgentPlan
-from uavbridge.bus.wire import Frame
+from uavbridge.bus.wire import Frame, Probe
+
+
+class Told(NamedTuple):
+    """What a frame says of the map."""
+
+    cells: bytes  # records of the merge rule
+    whole: bool  # of every cell known
+    root: int
+    probes: tuple[Probe, ...]
 
 
 class Mapping:
-    """Belief, changed cells not yet sent, declared targets."""
+    """Belief, what others are to be told of it, declared targets."""
 
     def __init__(self, plan: AgentPlan) -> None:
         self._plan = plan
@@ -22,14 +34,16 @@ class Mapping:
         self.belief: BeliefMap = plan.rule.empty(self._grid, plan.prior, plan.sensor)
         self.declared: dict[int, int] = {}  # flat cell -> t_us of its declaration
         self.unreadable = 0  # frames of another merge rule, records that make no sense
-        self._changed: set[int] = set()
+        self._outbox = Outbox(plan.rule)
+        self._catching_up = CatchingUp(plan.agent, plan.rule, self._grid.size, self._outbox)
 
     def observe(self, reading: Reading) -> None:
         """A look of the own sensor."""
         if not self._grid.inside(reading.cell):
             return
+        before = self.belief
         self.belief = self._plan.rule.observe(
-            self.belief,
+            before,
             reading.cell,
             reading.detected,
             self._plan.sensor,
@@ -37,19 +51,34 @@ class Mapping:
             agent=self._plan.agent,
         )
         flat = reading.cell[0] * self._grid.rows + reading.cell[1]
-        self._changed.add(flat)
+        self._learn(before, np.array([flat]), own=True)
         self._declare([flat], reading.t_us)
 
     def merge(self, frames: Sequence[Frame]) -> None:
         """Cells that others sent. What was heard together is merged together."""
         rule = self._plan.rule
         parts = [part for frame in frames if len(part := self._sound(frame))]
-        if not parts:
+        if parts:
+            before, heard = self.belief, np.concatenate(parts)
+            self.belief, changed = rule.merge(before, heard)
+            self._learn(before, changed, own=False)
+            self._outbox.heard(heard)
+            self._declare(changed.tolist(), max(frame.t_us for frame in frames))
+        ours = [frame for frame in frames if frame.rule == rule.code]
+        self.unreadable += self._catching_up.heard(ours)
+
+    def _learn(self, before: BeliefMap, cells: I64, *, own: bool) -> None:
+        """Cells (m,) changed: others are to be told what is new in them."""
+        if not len(cells):
             return
-        self.belief, changed = rule.merge(self.belief, np.concatenate(parts))
-        cells: list[int] = changed.tolist()
-        self._changed.update(cells)
-        self._declare(cells, max(frame.t_us for frame in frames))
+        rule = self._plan.rule
+        old = set(_each(rule.records(before, cells)))
+        records = rule.records(self.belief, cells)
+        new = records[[record not in old for record in _each(records)]]
+        at = new["cell"]
+        now, then = self.belief.probability.reshape(-1)[at], before.probability.reshape(-1)[at]
+        self._outbox.changed(new, np.abs(now - then), own=own)
+        self._catching_up.learned(self.belief, cells)
 
     def _sound(self, frame: Frame) -> Records:
         """The records of a frame that make sense; the rest is counted."""
@@ -70,14 +99,26 @@ class Mapping:
             if isfinite(p) and p >= self._plan.scenario.detection_threshold:
                 self.declared.setdefault(cell, t_us)
 
-    def take_changed(self) -> bytes:
-        """Records of the cells changed since the last call."""
-        cells = np.array(sorted(self._changed), dtype=np.int64)
-        self._changed.clear()
-        return self._plan.rule.records(self.belief, cells).tobytes()
+    def tell(self, tick: int, room: float = inf, *, whole: bool = False) -> Told:
+        """What the next frame says of the map; call it once a frame.
 
-    def take_all(self) -> bytes:
-        """Records of all cells that anybody has seen."""
-        self._changed.clear()
-        cells = np.flatnonzero(self.belief.seen.reshape(-1))
-        return self._plan.rule.records(self.belief, cells).tobytes()
+        Args:
+            tick: of the frame.
+            room: bytes for records and probes.
+            whole: tell all that is known, as far as there is room; the rest goes later.
+        """
+        record = self._plan.rule.record.itemsize
+        # a probe may fill a small frame, but not every one
+        probes = self._catching_up.probes(tick, room if tick % 2 else room - record)
+        room -= sum(probe.size for probe in probes)
+        if whole:
+            self._outbox.asked_for(np.flatnonzero(self.belief.seen.reshape(-1)))
+        cells = self._outbox.take(self.belief, room)
+        rest = self._outbox.waiting or self._outbox.asked
+        return Told(cells, whole and not rest, self._catching_up.root, probes)
+
+
+def _each(records: Records) -> Iterable[bytes]:
+    """The bytes of each of them."""
+    data, size = records.tobytes(), records.dtype.itemsize
+    return [data[start : start + size] for start in range(0, len(data), size)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 from planners.belief.merge import MergeRule, SensorModel
 from planners.planner import Planner
@@ -29,7 +30,9 @@ class AgentPlan:
     duration_s: float  # mission time at which it returns by itself
     terrain: Terrain | None = None  # None: level ground
     sensing_m: float = 100.0  # how far around its vehicle the planner knows the terrain
-    keyframe_s: float = 10.0
+    mission_mark: int = 0  # in every frame
+    frame_bytes: float = inf  # the most that a frame may have, but for the planner's payload
+    keyframe_s: float = inf  # time between two frames that tell all that is known
     endpoint: str = "simulated"  # where its vehicle is, for messages
     ready_timeout_s: float = 60.0  # to be heard, and then to be ready and armed
     retry_s: float = 2.0  # between two tries of what must be done

@@ -1,4 +1,4 @@
-"""Wire format v1 of what agents send each other: frames and position beacons.
+"""Wire format v2 of what agents send each other: frames and position beacons.
 
 Little-endian, described byte by byte in docs/reference/wire_format.md. Whatever
 is malformed decodes to None and its reason is counted; decoding never raises.
@@ -11,22 +11,27 @@ from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from enum import IntEnum
-from struct import Struct, error
-from typing import TypeAlias, TypeVar
+from struct import Struct, error, pack, unpack_from
+from typing import NamedTuple, TypeAlias, TypeVar
 
 Vector: TypeAlias = tuple[float, float, float]
 M = TypeVar("M")
 
 MAGIC = b"UB"
-VERSION = 1
+VERSION = 2
 POSITION_LIMIT_M = 1e6
 SPEED_LIMIT_M_S = 1e4
 TIME_LIMIT_US = 1 << 53  # also exact in a JSON number
 CELLS_LIMIT = 1 << 24  # bytes
+DIGESTS_LIMIT = 16  # of one probe
+WAITED_LIMIT_S = 65.0
 
 _HEAD = Struct("<2sBB")
-_FRAME = Struct("<2sBBIIHHq3f3fI")
-_SENDER_AND_TICK = Struct("<II")
+_FRAME = Struct("<2sBBIIHBBHHq3f3fII")
+HEAD_BYTES = _FRAME.size  # of a frame without payload, probes and cells
+_TICK_AND_SENDER = Struct("<IH")
+_PROBE = Struct("<HIB")
+_ECHO = 0x80  # in the count of a probe's digests
 _BEACON = Struct("<2sBBIq3f3f")
 
 _log = logging.getLogger(__name__)
@@ -52,9 +57,26 @@ class MalformedError(Exception):
     """A message cannot be read; the text is the reason that is counted. Never leaves the codec."""
 
 
+class Probe(NamedTuple):
+    """What the sender knows of a part of the map, for one agent to find out where theirs differ.
+
+    The parts are the nodes of a tree, see ``uavbridge.agent.differences``.
+    """
+
+    to: int  # agent id
+    node: int
+    digests: tuple[int, ...]  # 16 bits of each child
+    echo: bool = False  # the answer to a probe of single cells; not answered by another
+
+    @property
+    def size(self) -> int:
+        """Bytes on the wire."""
+        return _PROBE.size + 2 * len(self.digests)
+
+
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What an agent sends once a tick: beacon, planner payload and map cells.
+    """What an agent sends once a tick: beacon, planner payload, map cells, and what it lacks.
 
     Attributes:
         kind: DELTA or KEYFRAME.
@@ -66,6 +88,10 @@ class Frame:
         payload: the planner's, up to 65,535 bytes.
         rule: code of the merge rule that reads the cells.
         cells: packed records of that rule.
+        mission: mark of the mission; frames of another one are dropped.
+        root: mark of all that the sender knows of the map; 0: nothing.
+        probes: at most 255.
+        waited_s: in the queue of the sender's radio, in whole ms.
     """
 
     kind: Kind
@@ -77,6 +103,10 @@ class Frame:
     payload: bytes = b""
     rule: int = 0
     cells: bytes = b""
+    mission: int = 0
+    root: int = 0
+    probes: tuple[Probe, ...] = ()
+    waited_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,15 +133,21 @@ def encode(frame: Frame) -> bytes:
             MAGIC,
             VERSION,
             frame.kind,
-            frame.sender,
+            frame.mission,
             frame.tick,
+            frame.sender,
             frame.rule,
+            len(frame.probes),
             len(payload),
+            round(frame.waited_s * 1000.0) if frame.waited_s else 0,
             frame.t_us,
             *frame.position,
             *frame.velocity,
+            frame.root,
             len(cells),
         )
+        if frame.probes:
+            payload += b"".join([_probe_bytes(probe) for probe in frame.probes])
     except (error, OverflowError) as fault:
         raise ValueError(f"frame of agent {frame.sender}: {fault}") from None
     return head + payload + cells
@@ -124,8 +160,16 @@ def decode(data: bytes, rejects: Counter[str] | None = None) -> Frame | None:
 
 def sender_and_tick(data: bytes) -> tuple[int, int]:
     """Sender and tick of a frame that is known to be sound."""
-    sender, tick = _SENDER_AND_TICK.unpack_from(data, 4)
+    tick, sender = _TICK_AND_SENDER.unpack_from(data, 8)
     return sender, tick
+
+
+def _probe_bytes(probe: Probe) -> bytes:
+    count = len(probe.digests)
+    if not 0 < count <= DIGESTS_LIMIT:
+        raise error(f"a probe with {count} digests")
+    head = _PROBE.pack(probe.to, probe.node, count | (_ECHO if probe.echo else 0))
+    return head + pack(f"<{count}H", *probe.digests)
 
 
 def kind_of(data: bytes) -> int:
@@ -204,19 +248,53 @@ def _check_state(x: float, y: float, z: float, vx: float, vy: float, vz: float) 
 
 def _frame(data: bytes) -> Frame:
     check_head(data, _FRAME.size, _FRAME_KINDS)
-    _, _, kind, sender, tick, rule, payload_size, t_us, x, y, z, vx, vy, vz, cells_size = (
-        _FRAME.unpack_from(data)
-    )
+    # fmt: off
+    (_, _, kind, mission, tick, sender, rule, count, payload_size, waited_ms,
+     t_us, x, y, z, vx, vy, vz, root, cells_size) = _FRAME.unpack_from(data)
+    # fmt: on
     if cells_size > CELLS_LIMIT:
         raise MalformedError("size")
     start = _FRAME.size + payload_size
+    payload = data[_FRAME.size : start]
+    probes: tuple[Probe, ...] = ()
+    if count:
+        probes, start = _probes(data, start, count)
     check_length(data, start + cells_size)
     check_time(t_us)
     _check_state(x, y, z, vx, vy, vz)
-    payload, cells = data[_FRAME.size : start], data[start:]
     return Frame(
-        _FRAME_KINDS[kind], sender, tick, t_us, (x, y, z), (vx, vy, vz), payload, rule, cells
+        _FRAME_KINDS[kind],
+        sender,
+        tick,
+        t_us,
+        (x, y, z),
+        (vx, vy, vz),
+        payload,
+        rule,
+        data[start:],
+        mission,
+        root,
+        probes,
+        waited_ms / 1000.0,
     )
+
+
+def _probes(data: bytes, start: int, count: int) -> tuple[tuple[Probe, ...], int]:
+    """So many probes that begin at a place, and where they end."""
+    probes = []
+    for _ in range(count):
+        if len(data) < start + _PROBE.size:
+            raise MalformedError("length")
+        to, node, digests = _PROBE.unpack_from(data, start)
+        echo, digests = bool(digests & _ECHO), digests & ~_ECHO
+        start += _PROBE.size
+        if not 0 < digests <= DIGESTS_LIMIT:
+            raise MalformedError("probe")
+        if len(data) < start + 2 * digests:
+            raise MalformedError("length")
+        probes.append(Probe(to, node, unpack_from(f"<{digests}H", data, start), echo))
+        start += 2 * digests
+    return tuple(probes), start
 
 
 def _beacon(data: bytes) -> Beacon:

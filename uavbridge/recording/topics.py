@@ -122,7 +122,7 @@ class Topic:
         return f"{self.package}.{self.struct.__name__}", "jsonschema", msgspec.json.encode(document)
 
 
-FRAME_ENCODING = "uavbridge-frame-v1"
+FRAME_ENCODING = "uavbridge-frame-v2"
 HEARD_ENCODING = "uavbridge-heard-v1"
 TRUTH_ENCODING = "uavbridge-truth-v1"
 MAP_ENCODING = "uavbridge-map-v1"

@@ -25,7 +25,7 @@ from uavbridge.bus.api import Bus, Mailbox
 from uavbridge.bus.messages import FullMap, decode_readings, decode_signals, encode_map
 from uavbridge.bus.wire import Kind, Vector, kind_of, sender_and_tick
 from uavbridge.bus.wire import encode as encode_frame
-from uavbridge.clock import SECOND_US, to_s, to_us
+from uavbridge.clock import SECOND_US, to_s
 from uavbridge.recording.decisions import decision_record
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import (
@@ -40,6 +40,7 @@ from uavbridge.report.result import Event
 from uavbridge.vehicle.api import SetVelocity, Vehicle, VehicleState
 
 SETPOINT_RECORD_US = 500_000  # all of them are in the .tlog; these show what the filter left
+MAP_US = 10 * SECOND_US  # between two whole maps for people
 NEIGHBOUR_S = 3.0  # heard within this time counts as a neighbour, for people
 
 _log = logging.getLogger(__name__)
@@ -254,7 +255,7 @@ class AgentHost:
             )
         )
         if t_us >= seat.map_us:
-            seat.map_us = t_us + to_us(agent.plan.keyframe_s)
+            seat.map_us = t_us + MAP_US
             self._bus.publish(keys.state_map(number), self._maps[number])
         if self._recorder:
             self._recorder.write(f"state/{number}", t_us, report)

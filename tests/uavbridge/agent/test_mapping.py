@@ -43,12 +43,12 @@ def frame(sender, cells, t_us, merge):
 def test_agents_share_what_they_saw(merge):
     mine, theirs = mapping(1, merge), mapping(2, merge)
     theirs.observe(Reading(SECOND, (2, 3), True))
-    told = theirs.take_changed()
+    told = theirs.tell(0).cells
     mine.merge([frame(2, told, SECOND, merge)])
     alone = merge == "uncoordinated"
     assert mine.belief.seen[2, 3] != alone
     assert (mine.belief.probability[2, 3] > 0.5) != alone
-    assert bool(mine.take_changed()) != alone  # what was learnt is told on
+    assert bool(mine.tell(0).cells) != alone  # what was learnt is told on
     assert mine.unreadable == 0
 
 
@@ -58,7 +58,7 @@ def test_a_cell_is_declared_from_what_several_saw(merge, looks):
     others = [mapping(agent, merge) for agent in range(2, 2 + looks)]
     for second, other in enumerate(others):
         other.observe(Reading(second * SECOND, (1, 1), True))
-    frames = [frame(o._plan.agent, o.take_all(), 9 * SECOND, merge) for o in others]
+    frames = [frame(o._plan.agent, o.tell(0, whole=True).cells, 9 * SECOND, merge) for o in others]
     mine.merge(frames)
     assert mine.declared == {5: 9 * SECOND}
 
@@ -71,7 +71,9 @@ def test_frames_heard_together_are_averaged_together():
     for second, other in enumerate(others, 1):
         other.observe(Reading(second * SECOND, (0, 0), second == 1))
     values = [other.belief.probability[0, 0] for other in others]
-    mine.merge([frame(o._plan.agent, o.take_all(), 9 * SECOND, "average") for o in others])
+    mine.merge(
+        [frame(o._plan.agent, o.tell(0, whole=True).cells, 9 * SECOND, "average") for o in others]
+    )
     assert mine.belief.probability[0, 0] == pytest.approx((own + sum(values)) / 3, abs=1e-6)
 
 

@@ -12,23 +12,30 @@ from hypothesis import strategies as st
 
 from uavbridge.bus import messages, wire
 from uavbridge.bus.messages import FullMap, Readings, Signals, Truth
-from uavbridge.bus.wire import DELTA, KEYFRAME, Beacon, Frame
+from uavbridge.bus.wire import DELTA, KEYFRAME, Beacon, Frame, Probe
 
 float32s = st.floats(-1e4, 1e4, width=32)
 vectors = st.tuples(float32s, float32s, float32s)
 u32s = st.integers(0, 2**32 - 1)
+u16s = st.integers(0, 2**16 - 1)
 times = st.integers(0, wire.TIME_LIMIT_US)
+digests = st.lists(u16s, min_size=1, max_size=wire.DIGESTS_LIMIT).map(tuple)
+probes = st.builds(Probe, to=u16s, node=u32s, digests=digests, echo=st.booleans())
 frames = st.builds(
     Frame,
     kind=st.sampled_from([DELTA, KEYFRAME]),
-    sender=u32s,
+    sender=u16s,
     tick=u32s,
     t_us=times,
     position=vectors,
     velocity=vectors,
     payload=st.binary(max_size=80),
-    rule=st.integers(0, 65535),
+    rule=st.integers(0, 255),
     cells=st.binary(max_size=80),
+    mission=u32s,
+    root=u32s,
+    probes=st.lists(probes, max_size=3).map(tuple),
+    waited_s=st.integers(0, 65535).map(lambda ms: ms / 1000.0),
 )
 beacons = st.builds(Beacon, sender=u32s, t_us=times, position=vectors, velocity=vectors)
 cells16 = st.integers(0, 65535)
@@ -127,7 +134,7 @@ def test_the_truth_survives(truth: Truth) -> None:
     assert np.array_equal(again.position, truth.position)
 
 
-@given(st.one_of(st.binary(max_size=200), st.binary(max_size=200).map(b"UB\x01".__add__)))
+@given(st.one_of(st.binary(max_size=200), st.binary(max_size=200).map(b"UB\x02".__add__)))
 def test_any_bytes_are_read_or_refused(data: bytes) -> None:
     for decode in DECODERS:
         rejects: Counter[str] = Counter()
@@ -161,7 +168,21 @@ def test_one_kind_is_never_read_as_another(data: bytes) -> None:
 
 
 REFERENCE = Path(__file__).parents[3] / "docs/reference/wire_format.md"
-FRAME = wire.encode(Frame(DELTA, 3, 17, 12_500_000, (1.0, 2.0, 30.0), (0.5, 0.0, 0.0), b"p", 1))
+FRAME = wire.encode(
+    Frame(
+        DELTA,
+        sender=3,
+        tick=17,
+        t_us=12_500_000,
+        position=(1.0, 2.0, 30.0),
+        velocity=(0.5, 0.0, 0.0),
+        payload=b"p",
+        rule=1,
+        mission=0x11223344,
+        root=0xAABBCCDD,
+        probes=(Probe(7, 0, (1, 515)),),
+    )
+)
 
 
 def test_the_bytes_are_those_that_the_reference_shows() -> None:
@@ -173,17 +194,22 @@ def test_the_bytes_are_those_that_the_reference_shows() -> None:
     ("offset", "change", "reason"),
     [
         (0, b"XX", "magic"),
-        (2, b"\x02", "version"),
+        (2, b"\x01", "version"),
         (3, b"\x03", "kind"),
-        (14, b"\x02", "length"),
-        (48, b"\x01\x00\x00\x00", "length"),
-        (48, b"\xff\xff\xff\xff", "size"),
-        (16, struct.pack("<q", -1), "time"),
-        (16, struct.pack("<q", 2**60), "time"),
-        (24, struct.pack("<f", math.nan), "position"),
-        (28, struct.pack("<f", math.inf), "position"),
-        (32, struct.pack("<f", 2e6), "position"),
-        (36, struct.pack("<f", -math.inf), "velocity"),
+        (15, b"\x02", "length"),
+        (16, b"\x02", "probe"),
+        (16, b"\xff", "length"),
+        (56, b"\x01\x00\x00\x00", "length"),
+        (56, b"\xff\xff\xff\xff", "size"),
+        (67, b"\x00", "probe"),
+        (67, b"\x11", "probe"),
+        (67, b"\x03", "length"),
+        (20, struct.pack("<q", -1), "time"),
+        (20, struct.pack("<q", 2**60), "time"),
+        (28, struct.pack("<f", math.nan), "position"),
+        (32, struct.pack("<f", math.inf), "position"),
+        (36, struct.pack("<f", 2e6), "position"),
+        (40, struct.pack("<f", -math.inf), "velocity"),
     ],
 )
 def test_the_reason_is_counted(offset: int, change: bytes, reason: str) -> None:
@@ -199,6 +225,9 @@ def test_the_reason_is_counted(offset: int, change: bytes, reason: str) -> None:
         Frame(DELTA, -1, 0, 0, (0, 0, 0), (0, 0, 0)),
         Frame(DELTA, 1, 2**32, 0, (0, 0, 0), (0, 0, 0)),
         Frame(DELTA, 1, 0, 0, (1e39, 0, 0), (0, 0, 0)),
+        Frame(DELTA, 1, 0, 0, (0, 0, 0), (0, 0, 0), probes=(Probe(1, 0, ()),)),
+        Frame(DELTA, 1, 0, 0, (0, 0, 0), (0, 0, 0), probes=(Probe(1, 0, (1,)),) * 256),
+        Frame(DELTA, 1, 0, 0, (0, 0, 0), (0, 0, 0), waited_s=70.0),
         Frame(DELTA, 1, 0, 0, (0, 0, 0), (0, 0, 0), payload=bytes(65536)),
         Frame(DELTA, 1, 0, 0, (0, 0, 0), (0, 0, 0), cells=bytes(wire.CELLS_LIMIT + 1)),
     ],

@@ -22,7 +22,8 @@ from uavbridge.agent.guidance import sound, wanted
 from uavbridge.agent.hearing import Hearing
 from uavbridge.agent.mapping import Mapping
 from uavbridge.agent.plan import AgentPlan
-from uavbridge.bus.wire import DELTA, KEYFRAME, Frame, Vector, encode
+from uavbridge.agent.telling import Telling
+from uavbridge.bus.wire import Frame, Vector, encode
 from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.config import Mission
 from uavbridge.experiments.comparison.trial import Ages, Trial, components
@@ -127,11 +128,18 @@ class Searcher:
 
     plan: AgentPlan
     mapping: Mapping
+    telling: Telling
     hearing: Hearing = field(default_factory=Hearing)
     memory: Any = None
     goal: Goal | None = None
     readings: list[Reading] = field(default_factory=list)
     bytes_sent: int = 0
+
+    @staticmethod
+    def of(plan: AgentPlan) -> Searcher:
+        """One that has seen nothing."""
+        mapping = Mapping(plan)
+        return Searcher(plan, mapping, Telling(plan, mapping))
 
 
 class Search:
@@ -143,13 +151,12 @@ class Search:
         self.mission = mission
         self.team = agents
         self.bodies: Bodies = Vehicles(mission, plans) if flown else Points(mission, plans)
-        self.agents = [Searcher(plan, Mapping(plan)) for plan in plans]
+        self.agents = [Searcher.of(plan) for plan in plans]
         self.trial = Trial(mission.duration)
         self._sensor = assemble.sensor_of(mission, agents)
         self._radio = Radio(mission.radio.range_m, mission.seed)
         self._ages = Ages(agents)
         self._tick_us = to_us(mission.tick)
-        self._keyframe_us = to_us(mission.radio.keyframe_s)
         self._air: list[Frame] = []  # sent at the last tick, in the order of the team
         self._where = self.bodies.position.copy()  # (n, 3) m, of everybody then
         self._rule = plans[0].rule.onlooker
@@ -211,21 +218,11 @@ class Search:
 
     def _tell(self, t_us: int) -> None:
         where = self._where = self.bodies.position.copy()
-        key = t_us > 0 and t_us % self._keyframe_us < self._tick_us
         for row, agent in enumerate(self.agents):
             x, y, z = where[row].tolist()
             vx, vy, vz = self.bodies.velocity[row].tolist()
-            frame = Frame(
-                kind=KEYFRAME if key else DELTA,
-                sender=agent.plan.agent,
-                tick=t_us // self._tick_us,
-                t_us=t_us,
-                position=(x, y, z),
-                velocity=(vx, vy, vz),
-                payload=agent.goal.payload if agent.goal else b"",
-                rule=agent.plan.rule.code,
-                cells=agent.mapping.take_all() if key else agent.mapping.take_changed(),
-            )
+            payload = agent.goal.payload if agent.goal else b""
+            frame = agent.telling.frame(t_us, (x, y, z), (vx, vy, vz), payload)
             agent.bytes_sent += len(encode(frame))
             self._air.append(frame)
             records = unpack(self._rule, frame.cells)

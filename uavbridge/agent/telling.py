@@ -1,0 +1,54 @@
+"""The frame that an agent sends."""
+
+from __future__ import annotations
+
+from uavbridge.agent.mapping import Mapping
+from uavbridge.agent.plan import AgentPlan
+from uavbridge.bus.wire import DELTA, HEAD_BYTES, KEYFRAME, Frame, Vector
+from uavbridge.clock import to_us
+
+
+class Telling:
+    """Makes an agent's frames, one after the other, within the mission's budget of bytes.
+
+    The position and the planner's payload always go; what is left is for the map.
+
+    Args:
+        plan: the agent's.
+        mapping: its map.
+    """
+
+    def __init__(self, plan: AgentPlan, mapping: Mapping) -> None:
+        self._plan, self._mapping = plan, mapping
+        self._tick_us = to_us(plan.scenario.tick_s)
+        self._next_whole_s = plan.keyframe_s
+
+    def frame(self, t_us: int, position: Vector, velocity: Vector, payload: bytes) -> Frame:
+        """The frame for one time; call it once a frame.
+
+        Args:
+            t_us: now.
+            position: ENU m.
+            velocity: m/s.
+            payload: the planner's.
+        """
+        plan, tick = self._plan, t_us // self._tick_us
+        whole = t_us >= self._next_whole_s * 1e6
+        if whole:
+            self._next_whole_s += plan.keyframe_s
+        room = max(0.0, plan.frame_bytes - HEAD_BYTES - len(payload))
+        told = self._mapping.tell(tick, room, whole=whole)
+        return Frame(
+            kind=KEYFRAME if told.whole else DELTA,
+            sender=plan.agent,
+            tick=tick,
+            t_us=t_us,
+            position=position,
+            velocity=velocity,
+            payload=payload,
+            rule=plan.rule.code,
+            cells=told.cells,
+            mission=plan.mission_mark,
+            root=told.root,
+            probes=told.probes,
+        )
