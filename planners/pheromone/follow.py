@@ -15,6 +15,7 @@ DEVIATION, the form "working"; "printed" is as printed:
 * Eq. (19) sums a_kj (v_j - v_k): unstable with a step of 1 as soon as two neighbours are near. The
   sum is divided by that of a_kj where that is above 1.
 * Eq. (21) is a vector from k to j, so that positive phi attracts; the text has it from j to k.
+* Eq. (20) has a pole at 0, a step of 1 overshoots it: z counts as ``softest`` where it is less.
 * Eqs. (21), (22) use the sigma norm where Olfati-Saber has the ordinary one, and scale by r where
   he has its sigma norm.
 """
@@ -41,6 +42,7 @@ class FollowLaw:
     c1: float = 0.6
     c2: float = 0.4
     form: str = "working"
+    softest: float = 1.0  # least z of Eq. (20) in the working form
 
 
 def follow(
@@ -72,7 +74,7 @@ def follow(
     sigma = np.maximum(sigma_norm(squared, law.epsilon), _LEAST)
     length = sigma**2 if printed else squared
     unit = apart / np.sqrt(1.0 + law.epsilon * length)[..., None]  # Eq. (21)
-    push = np.where(near, 1.0 / sigma, 0.0)  # Eq. (20)
+    push = np.where(near, 1.0 / np.maximum(sigma, 0.0 if printed else law.softest), 0.0)  # Eq. (20)
     social = (push[..., None] * unit).sum(axis=-2) * (1.0 if printed else -1.0)
     reach = law.radius if printed else float(sigma_norm(np.array(law.radius**2), law.epsilon))
     weight = np.where(near, bump(sigma / reach, law.h), 0.0)  # Eq. (22)

@@ -81,7 +81,7 @@ def sector_vectors(position: F64, total: F64, radius: float) -> F64:
     cell = cell_of(position)[..., None, :]
     offsets = disc(radius + 1.0)
     place, on_map = places(cell, offsets, total.shape[-2:])
-    here = taken(total, _own(cell, total.shape))[..., 0]
+    here = taken(total, _own(cell, total.shape))
     apart = position[..., None, None, :] - (cell[..., None, :] + offsets)  # q_i - q_j
     distance = np.hypot(apart[..., 0], apart[..., 1])
     counts = on_map & (distance <= radius) & (offsets != 0).any(axis=-1)

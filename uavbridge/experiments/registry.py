@@ -41,7 +41,10 @@ MODULES: Mapping[str, str] = {
     "zhou-energy": "zhou.energy",
     "shao-detect-50": "shao.detect50",
     "shao-detect-100": "shao.detect100",
+    "shao-maps": "shao.maps",
     "shao-navigate": "shao.navigate",
+    "shao-scenario": "shao.scenario",
+    "shao-faults": "shao.faults",
 }
 
 

@@ -156,13 +156,20 @@ def simulate_case(
         if state.t in at:
             covered[:, state.t] = ground.shares(state.seen & ~made.obstacles)
     assert state is not None
-    waits: list[list[int]] = [[] for _ in seeds]
+    waits = responses(state, len(seeds))
+    rounds = _rounds(state.answered, made.targets.shape[:2])
+    open_ = (state.due_at != NEVER).sum(axis=1)
+    curves = _curves(covered, state.found_at, curve)
+    return {**figures(covered, state.found_at, waits, open_), **curves, **rounds}
+
+
+def responses(state: State, runs: int) -> list[list[int]]:
+    """Steps from each signal to its answer, by run."""
+    waits: list[list[int]] = [[] for _ in range(runs)]
     for answer in state.answered:
         for run, response in zip(answer.run.tolist(), answer.response.tolist(), strict=True):
             waits[run].append(response)
-    rounds = _rounds(state.answered, made.targets.shape[:2])
-    open_ = (state.due_at != NEVER).sum(axis=1)
-    return {**_figures(covered, state.found_at, waits, open_, curve), **rounds}
+    return waits
 
 
 def _swept(curve: tuple[int, ...], case: Case, params: DetectParams, made: Ground) -> Samples:
@@ -177,32 +184,43 @@ def _swept(curve: tuple[int, ...], case: Case, params: DetectParams, made: Groun
         for one, targets in zip(track, made.targets, strict=True)
     ]
     found = np.stack([part[0] for part in parts])
-    return _figures(covered, found, [part[1] for part in parts], None, curve)
+    waiting = np.array([part[2] for part in parts])
+    told = figures(covered, found, [part[1] for part in parts], waiting)
+    return {**told, **_curves(covered, found, curve)}
 
 
-def _figures(
-    covered: F64,
-    found_at: I64,
-    waits: Sequence[Sequence[int]],
-    unanswered: I64 | None,
-    curve: tuple[int, ...],
+def figures(
+    covered: F64, found_at: I64, waits: Sequence[Sequence[int]], unanswered: I64
 ) -> Samples:
+    """Metrics of some runs.
+
+    Args:
+        covered: (runs, steps + 1) share of the cells, NaN where it was not counted.
+        found_at: (runs, T) step, ``NEVER``: not found.
+        waits: by run, the responses.
+        unanswered: (runs,) targets that wait at the end.
+    """
     found = found_at != NEVER
-    acquired = ((found_at[:, :, None] <= curve) & found[:, :, None]).sum(axis=1) * 1.0
-    acquired[:, np.array(curve) >= covered.shape[1]] = np.nan
-    samples = {
+    return {
         "steps_all_found": np.where(found.all(axis=1), found_at.max(axis=1), np.nan),
         "targets_found": found.sum(axis=1).astype(np.float64),
         "revisit_response": np.array([np.mean(one) if len(one) else np.nan for one in waits]),
         "revisits": np.array([float(len(one)) for one in waits]),
+        "unanswered": unanswered.astype(np.float64),
         **{f"coverage_at_{step}": _at(covered, step) for step in MARKS},
         "coverage": covered[:, -1],
+    }
+
+
+def _curves(covered: F64, found_at: I64, curve: tuple[int, ...]) -> Samples:
+    """Targets found and coverage at the steps ``curve``; NaN beyond the last step."""
+    found = found_at != NEVER
+    acquired = ((found_at[:, :, None] <= curve) & found[:, :, None]).sum(axis=1) * 1.0
+    acquired[:, np.array(curve) >= covered.shape[1]] = np.nan
+    return {
         "acquired@step": acquired,
         "covered@step": np.stack([_at(covered, step) for step in curve], axis=1),
     }
-    if unanswered is not None:
-        samples["unanswered"] = unanswered.astype(np.float64)
-    return samples
 
 
 def _at(covered: F64, step: int) -> F64:

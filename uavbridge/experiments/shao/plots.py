@@ -140,3 +140,78 @@ def navigation(figure: Figure, outcome: Outcome) -> None:
     counts.set_ylim(bottom=0.0)
     counts.set_title("steps, printed as a bar", loc="left", color=INK)
     plain(counts)
+
+
+def maps(figure: Figure, outcome: Outcome) -> None:
+    """Fig. 7: routes and path pheromone when all were found, target and combined later."""
+    from uavbridge.experiments.runner import seeds_of
+    from uavbridge.experiments.shao.maps import SHOWN_STEP, take
+
+    figure.set_size_inches(10.5, 8.6)
+    (routes, path), (target, combined) = figure.subplots(2, 2)
+    case = dict(outcome.samples[0][0])
+    shown = take(case, outcome.params, seeds_of(outcome.experiment, case, outcome.seed, 1))
+    routes.imshow(shown.ground.obstacles[0].T, origin="lower", cmap="Greys", vmax=1.6)
+    for uav in range(shown.routes.shape[1]):
+        routes.plot(*shown.routes[:, uav].T, lw=0.9, alpha=0.8)
+    last = len(shown.routes) - 1
+    world = outcome.params.world
+    for axes, values, title in (
+        (routes, None, f"routes, step {last}"),
+        (path, shown.path, f"path pheromone, step {last}"),
+        (target, shown.late.target, f"target pheromone, step {SHOWN_STEP}"),
+        (combined, shown.late.combined(world.weights), f"combined, step {SHOWN_STEP}"),
+    ):
+        if values is not None:
+            image = axes.imshow(values.T, origin="lower", cmap="viridis")
+            figure.colorbar(image, ax=axes, shrink=0.8)
+        axes.plot(*shown.ground.targets[0].T, "*", ms=10, color=RED)
+        axes.set_title(title, loc="left", color=INK)
+
+
+def faults(figure: Figure, outcome: Outcome) -> None:
+    """Coverage, targets found and signals that wait, over the number of failures."""
+    figure.set_size_inches(11.5, 3.6)
+    names = {
+        "coverage": "coverage at the end",
+        "targets_found": "targets found",
+        "revisit_response": "steps to answer a signal",
+        "unanswered": "signals that wait at the end",
+    }
+    for axes, (metric, title) in zip(figure.subplots(1, 4), names.items(), strict=True):
+        for search, colour in (("pheromones", GREEN), ("routes", PURPLE)):
+            rows = [
+                row
+                for row in outcome.rows
+                if row.case["search"] == search and row.metric == metric and row.mean is not None
+            ]
+            at = [float(row.case["failed"]) for row in rows]
+            error = [row.se or 0.0 for row in rows]
+            mean = [row.mean or 0.0 for row in rows]
+            axes.errorbar(at, mean, error, fmt="o-", ms=4, color=colour, label=search)
+        axes.set_xlabel(f"of {outcome.params.swept_uavs} UAVs that fail")
+        axes.set_title(title, loc="left", color=INK)
+        axes.set_ylim(bottom=0.0)
+        plain(axes)
+    figure.axes[0].legend(frameon=False)
+
+
+def scenario(figure: Figure, outcome: Outcome) -> None:
+    """Steps until the group is there, all is found, all is revisited."""
+    figure.set_size_inches(7.0, 3.9)
+    axes = figure.subplots()
+    for metric, colour, label in (
+        ("steps_there", INDIGO, "group is there"),
+        ("steps_all_found", GREEN, "all found"),
+        ("steps_all_revisited", ORANGE, "all revisited"),
+    ):
+        rows = [row for row in outcome.rows if row.metric == metric and row.mean is not None]
+        at = [float(row.case["n_uav"]) for row in rows]
+        mean = [row.mean or 0.0 for row in rows]
+        error = [row.se or 0.0 for row in rows]
+        axes.errorbar(at, mean, error, fmt="o-", ms=4, color=colour, label=label)
+    axes.set_xlabel("UAVs, the leader among them")
+    axes.set_title("steps from the start", loc="left", color=INK)
+    axes.set_ylim(bottom=0.0)
+    axes.legend(frameon=False)
+    plain(axes)

@@ -119,20 +119,23 @@ def first_seen(ground: Ground, track: I64, sensor: float, alive: Bools | None = 
     return first
 
 
-def in_range(track: I64, targets: I64, sensor: float) -> Bools:
+def in_range(track: I64, targets: I64, sensor: float, alive: Bools | None = None) -> Bools:
     """Which targets (steps + 1, T) of one run are in some sweeper's range.
 
     Args:
         track: (steps + 1, sweepers, 2).
         targets: (T, 2).
         sensor: radius, cells.
+        alive: (steps + 1, sweepers); None: all the time.
     """
     apart = track[:, :, None] - targets
     near = np.hypot(apart[..., 0], apart[..., 1]) <= sensor
+    if alive is not None:
+        near &= alive[..., None]
     return np.asarray(near.any(axis=1))
 
 
-def visits(near: Bools, period: int) -> tuple[I64, list[int]]:
+def visits(near: Bools, period: int) -> tuple[I64, list[int], int]:
     """When targets are first in range, and how long a due one waits for the next time.
 
     Args:
@@ -140,17 +143,19 @@ def visits(near: Bools, period: int) -> tuple[I64, list[int]]:
         period: T; a target is due so many steps after its last visit.
 
     Returns:
-        Steps (T,), -1: never, and all responses.
+        Steps (T,), -1: never; all responses; how many targets wait at the end.
     """
     found = np.where(near.any(axis=0), near.argmax(axis=0), -1)
-    responses = []
+    responses: list[int] = []
+    waiting = 0
     for target in np.flatnonzero(found >= 0):
         seen = np.flatnonzero(near[:, target])
         due = int(found[target]) + period
         while due < len(near):
             place = int(np.searchsorted(seen, due))
             if place == len(seen):
+                waiting += 1
                 break
             responses.append(int(seen[place]) - due)
             due = int(seen[place]) + period
-    return found, responses
+    return found, responses, waiting
