@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi
+from pathlib import Path
 from zlib import crc32
 
 import numpy as np
@@ -19,6 +20,7 @@ from sim_vehicles.world.payload import CellSensor, CellSensorSpec
 from sim_vehicles.world.signals import ReceiverSpec, SignalReceiver
 from uavbridge import plugins
 from uavbridge.agent.plan import AgentPlan, return_heights
+from uavbridge.bus.security import Identity
 from uavbridge.bus.tiles import Tiling
 from uavbridge.config import Mission
 from uavbridge.errors import ConfigError
@@ -47,6 +49,16 @@ def patience(mission: Mission, duration_s: float) -> float:
 def wire_delay(mission: Mission) -> float:
     """Mission time (s) that sockets and processes add to a setpoint's way in a paced run."""
     return WIRE_S * mission.speed if mission.clock == "paced" else 0.0
+
+
+def identity_of(mission: Mission, name: str) -> Identity | None:
+    """The credentials of one part of a mission; None where none are asked for.
+
+    Raises:
+        ConfigError: they are not there.
+    """
+    keys = mission.security.keys
+    return None if keys is None else Identity(Path(keys) / name)
 
 
 def planner_of(mission: Mission, kind: PlannerKind | None = None) -> Planner:
