@@ -52,15 +52,15 @@ def step(
 
     Args:
         field: the maps now.
-        targets: (..., columns, rows) k_tau: 1 where a found target waits for a visit, else 0.
-        obstacles: (..., columns, rows) k_epsilon: 1 where an obstacle is known, else 0.
+        targets: (..., columns, rows) k_tau d_tau: d_tau where a found target waits for a visit.
+        obstacles: (..., columns, rows) k_epsilon d_epsilon: d_epsilon where an obstacle is known.
         uavs: (..., n, 2) cells of the UAVs after their move.
         law: of each pheromone.
         present: (..., n) which of them count; None: all.
     """
     return Field(
-        spread(field.target, targets * law.target.deposit, law.target),
-        spread(field.obstacle, obstacles * law.obstacle.deposit, law.obstacle),
+        spread(field.target, targets, law.target),
+        spread(field.obstacle, obstacles, law.obstacle),
         worn(field.path, uavs, law.path, present),
     )
 

@@ -105,7 +105,7 @@ def _step(state: Flock, obstacles: Bools, source: F64, goal: I64, journey: Journ
     state.field = update(
         state.field,
         source * journey.law.target.deposit,
-        (obstacles & state.seen).astype(np.float64),
+        (obstacles & state.seen) * journey.law.obstacle.deposit,
         cell_of(state.leader)[:, None],
         journey.law,
     )

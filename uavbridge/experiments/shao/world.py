@@ -1,7 +1,8 @@
 """UAVs on lattices that detect targets and revisit them, many runs at once (Shao 2020, section 4).
 
 The decisions are ``planners.pheromone``'s, which also fly; here are what the sensor sees, the
-targets' timers, and the order of a step: decide, move, mark, update the maps.
+targets' timers, and the order of a step: mark obstacles, decide, move, mark targets, update the
+maps.
 """
 
 from __future__ import annotations
@@ -143,11 +144,10 @@ def step(
     )
     _sense(state, world)
     _visit(state, ground)
-    sources = _sources(state, ground)
     state.field = update(
         state.field,
-        sources,
-        (ground.obstacles & state.seen).astype(np.float64),
+        _sources(state, ground) * world.law.target.deposit,
+        known * world.law.obstacle.deposit,
         state.cells,
         world.law,
         None if state.alive.all() else state.alive,
@@ -181,13 +181,17 @@ def goals(
 
 
 def windows(known: Bools, run: I64, cells: I64, reach: int) -> Bools:
-    """What can not be entered (k, w, w) around cells (k, 2) of runs (k,), w = 2 reach + 1."""
+    """What can not be entered (k, w, w) around cells (k, 2) of runs (k,), w = 2 reach + 1.
+
+    Obstacles count within the sensor's radius only.
+    """
     side = np.arange(-reach, reach + 1)
     offsets = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1)
     around = cells[:, None, None] + offsets
     on_map = inside(around, known.shape[1:])
     column, row = np.where(on_map[..., None], around, 0).transpose(3, 0, 1, 2)
-    return np.asarray(~on_map | known[run[:, None, None], column, row])
+    near = np.hypot(offsets[..., 0], offsets[..., 1]) <= reach
+    return np.asarray(~on_map | (near & known[run[:, None, None], column, row]))
 
 
 def _sense(state: State, world: World) -> None:
