@@ -11,8 +11,9 @@ alike at any speed. What an aircraft makes of a setpoint:
 | - | - | on in a circle: it cannot stop |
 
 A position's height is held; a height alone is held along with any of them. ``yaw_rate`` is how fast
-the course turns where the path is curved. Speeds are over ground; what the air must give for them
-is asked for as airspeed, within the envelope.
+the course turns where the path is curved. Velocities are over ground; what the air must give for
+them is asked for as airspeed, within the envelope. ``max_speed`` is an airspeed: where it is
+given, it counts and not the size of the velocity.
 """
 
 from __future__ import annotations
@@ -124,7 +125,7 @@ class Guide:
         flown = np.sqrt((moving[0] - wind[0]) ** 2 + (moving[1] - wind[1]) ** 2 + up**2)
         most = setpoints.max_speed
         cruise = np.where(np.isfinite(most) & (most > 0.0), most, limits.trim_m_s)
-        speed = np.where(aimed, flown, cruise)
+        speed = np.where(aimed & ~np.isfinite(most), flown, cruise)
         return np.asarray(np.clip(speed, limits.slowest_m_s, limits.fastest_m_s))
 
     def _bank(self, roll: F64, air: F64) -> F64:

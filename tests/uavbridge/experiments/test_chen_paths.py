@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from uavbridge.experiments import registry, runner, spread
-from uavbridge.experiments.chen import dubins, intruder, rrt
+from uavbridge.experiments.chen import dubins, intruder, rrt, track
 from uavbridge.experiments.chen.dubins import DubinsParams
 from uavbridge.experiments.chen.intruder import Intruder, IntruderParams
 from uavbridge.experiments.chen.rrt import RrtParams
+from uavbridge.experiments.chen.track import TrackParams
 
 
 def means(name, runs=1, **values):
@@ -83,3 +84,23 @@ def test_a_flock_escapes_and_comes_together_again():
     assert figures["min_separation_m"][0] > 10.0
     assert figures["groups_end"][0] == 1.0
     assert 0.0 <= figures["all_know_s"][0] < 1.0
+
+
+@pytest.mark.parametrize("model", ["six-dof", "guidance"])
+def test_aircraft_come_to_their_tracks_and_stay(model):
+    params = TrackParams(terrain="flat", n=4, seconds=30.0)
+    figures = track.simulate({"model": model}, params, np.array([3]), "ideal")
+    for axis in ("north", "east", "alt"):
+        assert 2.0 < figures[f"rms_{axis}_start_m"][0] < 60.0
+        assert figures[f"rms_{axis}_m"][0] < 2.5
+    assert figures["airspeed_least_m_s"][0] > 20.0
+
+
+def test_flown_tracks_are_written(tmp_path):
+    file = tmp_path / "tracks.csv"
+    values = {"tracks": str(file), "terrain": "flat", "n": 2, "seconds": 21.0}
+    means("chen-track", **values)
+    rows = file.read_text().splitlines()
+    assert rows[0] == "t,id,x,y,z,vx,vy,vz"
+    assert len(rows) == 1 + 2 * 210
+    assert (tmp_path / "tracks-guidance.csv").exists()

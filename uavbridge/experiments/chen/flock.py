@@ -108,7 +108,8 @@ def derive(outcome: Outcome) -> Sequence[Row]:
     if outcome.params.tracks:
         file = Path(outcome.params.tracks)
         for place, (case, tracks) in enumerate(first_runs(outcome)):
-            measures.write_csv(tracks, measures.beside(file, *case.values()) if place else file)
+            path = measures.beside(file, *case.values()) if place else file
+            measures.write_csv(tracks.t_s, tracks.position, tracks.velocity, path)
     return ()
 
 

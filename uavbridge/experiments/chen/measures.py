@@ -65,20 +65,17 @@ def curves(tracks: Tracks) -> dict[str, F64]:
     }
 
 
-def write_csv(tracks: Tracks, path: Path, every_s: float = 0.1) -> None:
-    """Tracks as t, id, x, y, z, vx, vy, vz: seconds, metres and m/s, z up, ids from 1.
+def write_csv(t_s: F64, position: F64, velocity: F64, path: Path) -> None:
+    """Tracks (k, n, 3) at times (k,) as t, id, x, y, z, vx, vy, vz; SI, z up, ids from 1.
 
     Raises:
         ConfigError: the file cannot be written.
     """
-    stride = max(round(every_s / STEP_S), 1)
     lines = ["t,id,x,y,z,vx,vy,vz"]
-    for step in range(stride - 1, len(tracks.t_s), stride):
-        for who, (place, pace) in enumerate(
-            zip(tracks.position[step], tracks.velocity[step], strict=True), start=1
-        ):
+    for now, places, paces in zip(t_s, position, velocity, strict=True):
+        for who, (place, pace) in enumerate(zip(places, paces, strict=True), start=1):
             figures = ",".join(f"{value:.3f}" for value in (*place, *pace))
-            lines.append(f"{tracks.t_s[step]:.1f},{who},{figures}")
+            lines.append(f"{now:.1f},{who},{figures}")
     try:
         path.write_text("\n".join(lines) + "\n")
     except OSError as error:

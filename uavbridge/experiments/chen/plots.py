@@ -17,6 +17,7 @@ from planners.paths.rrt import RrtPath
 from planners.terrain import Terrain
 from uavbridge.experiments.chen import terrains
 from uavbridge.experiments.chen.flight import Tracks
+from uavbridge.experiments.chen.track import Flown
 from uavbridge.experiments.experiment import Case
 from uavbridge.experiments.style import FAINT, INK, ORANGE, RED, plain
 
@@ -84,6 +85,35 @@ def intruders(figure: Figure, flights: Sequence[tuple[Case, Tracks]]) -> None:
         axes.set_xlim(0.0, 4500.0)
         axes.set_ylim(-300.0, 800.0)
         axes.set_title(f"{case['intruder']}, {case['n']} aircraft", loc="left", color=INK)
+        plain(axes)
+
+
+def tracks(figure: Figure, runs: Sequence[tuple[Case, Flown]], terrain: Terrain) -> None:
+    """Fig. 24: all tracks, and one beside its command; Figs 25, 26: errors over time."""
+    figure.set_size_inches(11.0, 2.4 * (len(runs) + 1))
+    parts_of_figure: Any = figure.subfigures(2, 1, height_ratios=(len(runs), 1.4))
+    top, low = parts_of_figure
+    maps = top.subplots(len(runs), 2, squeeze=False)
+    panels = low.subplots(1, 3)
+    for (case, run), (above, beside) in zip(runs, maps, strict=True):
+        ground(above, terrain)
+        above.plot(run.position[..., 0], run.position[..., 1], lw=0.7, color=RED, alpha=0.7)
+        above.set_title(f"{case['model']}: flown", loc="left", color=INK)
+        beside.plot(*run.commanded.position[:, 0, :2].T, lw=1.4, color=FAINT, label="commanded")
+        beside.plot(*run.position[:, 0, :2].T, lw=0.8, color=RED, label="flown")
+        beside.set_title(f"{case['model']}: one of them", loc="left", color=INK)
+        beside.legend(frameon=False, fontsize=7)
+        plain(beside)
+    for place, (axes, name) in enumerate(zip(panels, ("east", "north", "height"), strict=True)):
+        for (case, run), color in zip(runs, (RED, ORANGE), strict=False):
+            lines = axes.plot(
+                run.commanded.t_s, run.error[..., place], lw=0.6, color=color, alpha=0.6
+            )
+            lines[0].set_label(str(case["model"]))
+        axes.set_title(f"error {name} (m)", loc="left", color=INK)
+        axes.set_xlabel("s")
+        axes.set_yscale("symlog", linthresh=5.0)
+        axes.legend(frameon=False, fontsize=7)
         plain(axes)
 
 
