@@ -169,6 +169,9 @@ class Legs:
         self._speed[i] = speed_m_s
         self._changed = True
 
+    def set_circle(self, i: int, radius_m: float) -> None:
+        """Radius of loiters, positive counter-clockwise; NaN: the usual. Of those that loiter."""
+
     def in_flight(self, i: int) -> None:
         """The vehicle starts in the air."""
         self.gate[i] = FLIGHT

@@ -33,6 +33,7 @@ class Step:
     position: Vector = NOWHERE  # ENU m; NaN: where the vehicle is
     yaw_rad: float = nan  # NaN: towards the place
     radius_m: float = nan  # accepted distance; NaN: the parameter's
+    circle_m: float = nan  # of a loiter, positive counter-clockwise; NaN: the parameter's
     pause_s: float = 0.0
     speed_m_s: float = nan
     jump_to: int = 0

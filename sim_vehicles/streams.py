@@ -241,7 +241,8 @@ def _system_time(out: Record, now: Readings) -> None:
 
 
 def _vfr_hud(out: Record, now: Readings) -> None:
-    out["airspeed"] = now.speed
+    airspeed = now.snapshot.states.airspeed[now.rows]
+    out["airspeed"] = np.where(np.isnan(airspeed), now.speed, airspeed)
     out["groundspeed"] = now.speed
     out["heading"] = now.heading_cdeg // 100
     out["throttle"] = np.rint(now.snapshot.states.thrust[now.rows] * 100)

@@ -111,6 +111,8 @@ def _reposition(endpoint: Endpoint, order: Order) -> int:
         return DENIED
     heading = order.number(4, nan)
     yaw = float(yaw_enu_from_ned(heading)) if abs(heading) < 1e3 else nan
+    circle = abs(order.number(3))  # of aircraft; their yaw says which way: 1, counter-clockwise
+    pilot.legs.set_circle(i, (circle if heading == 1.0 else -circle) if circle else nan)
     result = _said(endpoint, pilot.reposition(i, place, yaw))
     speed = order.number(1, -1.0)
     if result == ACCEPTED and speed > 0:

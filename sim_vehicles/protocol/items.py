@@ -21,6 +21,8 @@ _PLACES: Final[dict[int, Do]] = {
     mav.MAV_CMD_NAV_LAND: Do.LAND,
     mav.MAV_CMD_NAV_TAKEOFF: Do.TAKE_OFF,
 }
+_TO_ALT: Final[int] = mav.MAV_CMD_NAV_LOITER_TO_ALT
+_LOITERS: Final = (_TO_ALT, mav.MAV_CMD_NAV_LOITER_UNLIM, mav.MAV_CMD_NAV_LOITER_TIME)
 _ORDERS: Final[dict[int, Do]] = {
     mav.MAV_CMD_NAV_RETURN_TO_LAUNCH: Do.RETURN,
     mav.MAV_CMD_NAV_DELAY: Do.PAUSE,
@@ -136,9 +138,12 @@ def _step(item: Item, origin: Geodetic, home_z: float) -> Step:
     pauses = (mav.MAV_CMD_NAV_WAYPOINT, mav.MAV_CMD_NAV_LOITER_TIME)
     pause = _number(item.param1, 0.0) if item.command in pauses else 0.0
     radius = _number(item.param2, nan) if item.command == mav.MAV_CMD_NAV_WAYPOINT else nan
+    turns = _number(item.param2 if item.command == _TO_ALT else item.param3, 0.0)
+    circle = -turns if item.command in _LOITERS and turns else nan  # positive is clockwise
     if do in (Do.TAKE_OFF, Do.LAND) and item.x == 0 and item.y == 0:
         position = (nan, nan, position[2])
-    return Step(do, position, yaw_rad=yaw, radius_m=radius, pause_s=max(pause, 0.0))
+    wait = max(pause, 0.0)
+    return Step(do, position, yaw_rad=yaw, radius_m=radius, circle_m=circle, pause_s=wait)
 
 
 def _order(item: Item) -> Step:

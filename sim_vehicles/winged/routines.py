@@ -1,0 +1,230 @@
+"""What aircraft do in each mode: routines as in ``sim_vehicles.routines``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import atan2, cos, hypot, inf, isfinite, isnan, nan, pi, sin
+from typing import Final
+
+from sim_vehicles.modes import Mode
+from sim_vehicles.pilot import Pilot, Routine
+from sim_vehicles.plans import Do, Step, Vector
+from sim_vehicles.routines import ROUTINES, STEPS, Make, StepRoutine, mission
+from sim_vehicles.winged.legs import WingedLegs, glide_run
+
+_INFO: Final = 6
+_WARNING: Final = 4
+_LOOK_S: Final = 0.1  # how often an aircraft that circles looks whether it points to the runway
+_STRAIGHT_S: Final = 5.0  # of level flight before the glide
+_ALIGNED_RAD: Final = 0.3
+_ENTRY_M: Final = 30.0  # least height above the runway from which an approach begins
+
+
+def legs_of(pilot: Pilot) -> WingedLegs:
+    """The legs of a pilot of aircraft."""
+    legs = pilot.legs
+    assert isinstance(legs, WingedLegs)
+    return legs
+
+
+def take_off(pilot: Pilot, i: int) -> Routine:
+    """Climb straight ahead to the height asked for, then loiter."""
+    z = pilot.place(i)[2]
+    default = pilot.parameters.get(i, "MIS_TAKEOFF_ALT")
+    asked = pilot.take_asked_height(i)
+    lowest = float(pilot.status.home[i, 2]) + default
+    if isnan(asked):
+        pilot.say(i, _INFO, f"Using default takeoff altitude: {default:.1f} m")
+    elif asked < lowest:
+        pilot.say(i, _WARNING, f"Using minimum takeoff altitude: {default:.1f} m")
+    top = max(lowest if isnan(asked) else max(asked, lowest), z)
+    legs_of(pilot).climb_out(i, top)
+    yield
+    x, y, _ = pilot.place(i)
+    pilot.hold_at(i, (x, y, top), nan)
+
+
+def hold(pilot: Pilot, i: int) -> Routine:
+    """Loiter where it is, or where a reposition command says."""
+    goal = pilot.take_goal(i)
+    if goal is None:
+        legs_of(pilot).set_circle(i, nan)
+    _round(pilot, i, (nan, nan, nan) if goal is None else goal[0])
+    yield
+
+
+def land(pilot: Pilot, i: int) -> Routine:
+    """Come down to where it is now, on the course it has now."""
+    x, y, _ = pilot.place(i)
+    yield from _land_at(pilot, i, x, y, float(pilot.states.ground[i]), _course(pilot, i))
+
+
+def return_home(pilot: Pilot, i: int) -> Routine:
+    """Climb to the return height on the way home, go down, loiter there or land (RTL_TYPE 0)."""
+    parameters = pilot.parameters
+    hx, hy, hz = pilot.status.home[i].tolist()
+    if pilot.status.landed[i]:
+        _round(pilot, i, (nan, nan, nan))
+        yield
+        return
+    x, y, z = pilot.place(i)
+    high = parameters.get(i, "RTL_RETURN_ALT")
+    low = hz + min(parameters.get(i, "RTL_DESCEND_ALT"), high)
+    near = hypot(x - hx, y - hy) <= parameters.get(i, "RTL_MIN_DIST")
+    top = max(low if near else hz + high, z)
+    altitude = pilot.altitude(top)
+    pilot.say(
+        i, _INFO, f"RTL: start return at {altitude:.0f} m ({top - hz:.0f} m above destination)"
+    )
+    legs = legs_of(pilot)
+    legs.set_circle(i, -parameters.get(i, "RTL_LOITER_RAD"))
+    size = 1.5 * max(parameters.get(i, "RTL_LOITER_RAD"), 100.0)
+    legs.go(i, (hx, hy, top), nan, radius_m=size)
+    yield
+    delay = parameters.get(i, "RTL_LAND_DELAY")
+    pilot.say(i, _INFO, "RTL: loiter at destination" if delay < 0 else "RTL: land at destination")
+    legs.go(i, (hx, hy, low), nan, radius_m=inf)
+    yield
+    if delay < 0.0:
+        legs.go(i, (hx, hy, low), nan)
+        yield
+        return
+    if delay > 0.0:
+        legs.pause(i, pilot.now_us + round(delay * 1e6))
+        yield
+    yield from _land_at(pilot, i, hx, hy, hz, float(pilot.status.home_yaw[i]))
+
+
+def _land_at(pilot: Pilot, i: int, x: float, y: float, floor: float, yaw: float) -> Routine:
+    """Circle down to the entry of the glide, turn in, glide, flare, roll out."""
+    if pilot.status.landed[i]:
+        _round(pilot, i, (nan, nan, nan))
+        yield
+        return
+    legs = legs_of(pilot)
+    parameters = pilot.parameters
+    entry = max(parameters.get(i, "MIS_LND_ABRT_ALT"), _ENTRY_M)
+    speed = parameters.get(i, "FW_AIRSPD_TRIM")
+    run = glide_run(entry, parameters.get(i, "FW_LND_ANG")) + _STRAIGHT_S * speed
+    ex, ey = x - run * cos(yaw), y - run * sin(yaw)
+    size = max(abs(legs.circle(i)), 150.0)
+    legs.set_circle(i, size)  # round a point to the left of the entry, which it passes on course
+    legs.go(
+        i, (ex - size * sin(yaw), ey + size * cos(yaw), floor + entry), nan, radius_m=1.3 * size
+    )
+    yield
+    while not _lined_up(pilot, i, ex, ey, size, yaw):
+        legs.pause(i, pilot.now_us + round(_LOOK_S * 1e6))
+        yield
+    legs.approach(i, x, y, floor, yaw)
+    while not pilot.status.landed[i]:
+        yield
+
+
+def _lined_up(pilot: Pilot, i: int, ex: float, ey: float, size: float, yaw: float) -> bool:
+    x, y, _ = pilot.place(i)
+    off = (_course(pilot, i) - yaw + pi) % (2 * pi) - pi
+    return abs(off) < _ALIGNED_RAD and hypot(x - ex, y - ey) < 0.5 * size
+
+
+def _step_take_off(pilot: Pilot, i: int, step: Step) -> Routine:
+    z = pilot.place(i)[2]
+    top = max(z, step.position[2]) if isfinite(step.position[2]) else z
+    legs_of(pilot).climb_out(i, top)
+    yield
+    if isfinite(step.position[0]):
+        yield from _step_go(pilot, i, step)
+    elif _is_last(pilot, i):
+        _round(pilot, i, (nan, nan, top))
+
+
+def _step_go(pilot: Pilot, i: int, step: Step) -> Routine:
+    yield from _off_the_ground(pilot, i)
+    legs, here = legs_of(pilot), pilot.place(i)
+    x, y, z = (
+        there if isfinite(there) else now for there, now in zip(step.position, here, strict=True)
+    )
+    given = step.radius_m > 0  # NaN: it is not
+    radius = step.radius_m if given else pilot.parameters.get(i, "NAV_ACC_RAD")
+    legs.set_circle(i, step.circle_m)
+    legs.line(i, _behind(pilot, i, here), (x, y, z), radius_m=radius)
+    yield
+    if step.pause_s > 0.0 or _is_last(pilot, i):
+        legs.go(i, (x, y, z), nan)
+    if step.pause_s > 0.0:
+        yield from STEPS[Do.PAUSE](pilot, i, step)
+
+
+def _behind(pilot: Pilot, i: int, here: Vector) -> Vector:
+    """Where the line to the step begins: at the place before it in the plan, or here."""
+    plan = pilot.plans[i]
+    if plan.current == 0:
+        return here
+    before = plan.steps[plan.current - 1]
+    placed = before.do in (Do.GO, Do.TAKE_OFF, Do.STAY) and isfinite(before.position[0])
+    return before.position if placed else here
+
+
+def _step_stay(pilot: Pilot, i: int, step: Step) -> Routine:
+    yield from _off_the_ground(pilot, i)
+    legs_of(pilot).set_circle(i, step.circle_m)
+    _round(pilot, i, step.position)
+    yield
+
+
+def _step_land(pilot: Pilot, i: int, step: Step) -> Routine:
+    if pilot.status.landed[i]:
+        return
+    x, y, _ = pilot.place(i)
+    tx, ty, tz = step.position
+    tx, ty = (tx, ty) if isfinite(tx) else (x, y)
+    home = float(pilot.status.home[i, 2])
+    floor = tz if isfinite(tz) else home
+    far = hypot(tx - x, ty - y) > 1.0
+    yaw = atan2(ty - y, tx - x) if far else _course(pilot, i)
+    yield from _land_at(pilot, i, tx, ty, floor, yaw)
+
+
+def _off_the_ground(pilot: Pilot, i: int) -> Routine:
+    """A mission without a take-off item gets one."""
+    if pilot.status.landed[i]:
+        top = pilot.place(i)[2] + pilot.parameters.get(i, "MIS_TAKEOFF_ALT")
+        legs_of(pilot).climb_out(i, top)
+        yield
+
+
+def _is_last(pilot: Pilot, i: int) -> bool:
+    plan = pilot.plans[i]
+    return plan.current == len(plan.steps) - 1
+
+
+def _round(pilot: Pilot, i: int, position: Vector) -> None:
+    """Loiter round a place; NaN parts of it are where it is."""
+    here = pilot.place(i)
+    x, y, z = (there if isfinite(there) else now for there, now in zip(position, here, strict=True))
+    legs_of(pilot).go(i, (x, y, z), nan)
+
+
+def _course(pilot: Pilot, i: int) -> float:
+    """Over ground, or where it looks."""
+    vx, vy, _ = pilot.states.velocity[i].tolist()
+    return atan2(vy, vx) if hypot(vx, vy) > 1.0 else pilot.yaw(i)
+
+
+_FLOWN: Final[Mapping[Do, StepRoutine]] = {
+    **STEPS,
+    Do.TAKE_OFF: _step_take_off,
+    Do.GO: _step_go,
+    Do.STAY: _step_stay,
+    Do.LAND: _step_land,
+}
+
+WINGED: Final[Mapping[Mode, Make]] = {
+    **ROUTINES,
+    Mode.TAKEOFF: take_off,
+    Mode.HOLD: hold,
+    Mode.MISSION: mission(_FLOWN),
+    Mode.RETURN: return_home,
+    Mode.LAND: land,
+}
+"""What an aircraft does in each mode that flies by itself."""
