@@ -10,10 +10,15 @@ from sim_vehicles.pilot import Pilot
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """Why something was not done; ``for_good``: asking again later will not help."""
+    """Why something was not done; no reason: nothing is said.
+
+    ``for_good``: asking again later will not help; ``unsupported``: this kind of vehicle
+    never does it.
+    """
 
     reason: str
     for_good: bool = False
+    unsupported: bool = False
 
 
 def why_not_arm(pilot: Pilot, i: int) -> str | None:

@@ -25,7 +25,6 @@ from sim_vehicles.plans import Plan, Step, Vector
 from sim_vehicles.routines import stopping_place
 from sim_vehicles.status import NEVER, Said, Status, Told
 
-_READY_S: Final = (2.0, 4.5)  # when the position estimate is good, after start
 _INFO: Final = 6
 
 
@@ -65,7 +64,7 @@ class Autopilot:
         self._altitude_m = altitude_m
         self.states = states
         self.parameters = parameters
-        low, high = _READY_S
+        low, high = craft.ready_s
         ready_us = [
             0 if up else round(np.random.default_rng((seed, system)).uniform(low, high) * 1e6)
             for system, up in zip(systems, flying.tolist(), strict=True)
@@ -74,7 +73,8 @@ class Autopilot:
         self.status = Status.on_ground(starts, states.yaw, ready_us, craft.start_mode)
         self.legs = craft.legs(self.status, states, parameters)
         self.plans = [Plan() for _ in systems]
-        self.failsafes = Failsafes(self)
+        self.failsafes = self._watch()
+        self.rallies: dict[int, tuple[Vector, ...]] = {}
         self._routines: list[Routine | None] = [None for _ in systems]
         self._goals: dict[int, tuple[Vector, float]] = {}
         self._heights: dict[int, float] = {}
@@ -103,20 +103,26 @@ class Autopilot:
         for i in risen:
             self.status.landed[i] = False
             self.status.flown[i] = True
-            self.say(i, _INFO, "Takeoff detected")
+            self._rise(i)
         for i in landed:
+            self.status.landed[i] = True
+            self.status.landed_us[i] = t_us
             self._touch_down(i)
+            if self.status.mode[i] == Mode.MISSION and self.legs.kind[i] == DESCEND:
+                self._resume(i)
         self.failsafes.check(t_us)
         self._disarm_late(t_us)
         for i in self.legs.fly(t_us):
             self._resume(i)
 
+    def _watch(self) -> Failsafes:
+        return Failsafes(self)
+
+    def _rise(self, i: int) -> None:
+        self.say(i, _INFO, "Takeoff detected")
+
     def _touch_down(self, i: int) -> None:
-        self.status.landed[i] = True
-        self.status.landed_us[i] = self.now_us
         self.say(i, _INFO, "Landing detected")
-        if self.status.mode[i] == Mode.MISSION and self.legs.kind[i] == DESCEND:
-            self._resume(i)
 
     def _disarm_late(self, t_us: int) -> None:
         """Disarm those that have landed, or were armed and never took off."""
@@ -143,7 +149,7 @@ class Autopilot:
         """Start the motors; None: done. ``force`` skips the checks."""
         if self.status.armed[i]:
             return None
-        reason = None if force else why_not_arm(self, i)
+        reason = None if force else self.why_not_arm(i)
         if reason is not None:
             return Refusal(f"Arming denied: {reason}")
         self.status.home[i] = self.states.position[i]
@@ -156,6 +162,7 @@ class Autopilot:
     def _set_armed(self, i: int) -> None:
         self.status.armed[i] = True
         self.status.armed_us[i] = self.now_us
+        self.status.started[i] = False
         self.failsafes.disarmed(i)
         self.status.battery_level[i] = 0
         self.switch(i, Mode(int(self.status.mode[i])))
@@ -190,9 +197,11 @@ class Autopilot:
         """Switch off and on again; the position estimate takes its time."""
         if self.status.armed[i]:
             return Refusal("Reboot denied: armed")
-        self.status.ready_us[i] = self.now_us + max(self._start_up_us[i], round(_READY_S[0] * 1e6))
+        self.status.ready_us[i] = self.now_us + max(
+            self._start_up_us[i], round(self.craft.ready_s[0] * 1e6)
+        )
         self.status.setpoint_us[i] = self.status.gcs_us[i] = NEVER
-        self.switch(i, Mode.HOLD)
+        self.switch(i, self.craft.start_mode)
         return None
 
     def change_mode(self, i: int, mode: Mode) -> Refusal | None:
@@ -242,8 +251,35 @@ class Autopilot:
         self.switch(i, Mode.TAKEOFF)
         return None
 
-    def reposition(self, i: int, position: Vector, yaw_rad: float) -> Refusal | None:
-        """Hold at another place; NaN parts stay as they are."""
+    def why_not_arm(self, i: int) -> str | None:
+        """The first check that fails, in a few words; None: it may arm."""
+        return why_not_arm(self, i)
+
+    def may_start(self, i: int) -> bool:
+        """Whether a mission may leave the ground."""
+        return True
+
+    def has_home(self, i: int) -> bool:
+        """Whether it knows where its home is."""
+        return True
+
+    def start_mission(self, i: int) -> Refusal | None:
+        """Fly the mission from its current step on."""
+        return self.change_mode(i, Mode.MISSION)
+
+    def pause(self, i: int, *, go_on: bool) -> Refusal | None:
+        """Interrupt the mission, or go on with it."""
+        return self.change_mode(i, Mode.MISSION if go_on else Mode.HOLD)
+
+    def reposition(
+        self, i: int, position: Vector, yaw_rad: float, *, may_change: bool = True
+    ) -> Refusal | None:
+        """Hold at another place; NaN parts stay as they are.
+
+        Without ``may_change`` only in the mode that it ends in.
+        """
+        if not may_change and self.status.mode[i] != Mode.HOLD:
+            return Refusal("", for_good=True)
         if not self.status.armed[i] or self.status.landed[i]:
             return Refusal("Reposition denied: not in the air")
         reason = why_not_change(self, i, Mode.HOLD)

@@ -33,6 +33,7 @@ class Craft:
         parameters: the ones that clients see.
         derive: what they mean in the names that autopilots go by (px4_parameters.TABLE).
         start_mode: the mode it is in when switched on.
+        ready_s: when its position estimate is good, after that; between two times.
     """
 
     kind: str
@@ -46,3 +47,4 @@ class Craft:
     derive: Derive | None = None
     legs: MakeLegs = Legs
     start_mode: Mode = Mode.HOLD
+    ready_s: tuple[float, float] = (2.0, 4.5)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import IntEnum
 from typing import Final
 
@@ -35,7 +35,7 @@ _CRITICAL_BATTERY: Final = (Action.WARN, _R, _L, _R)
 _EMERGENCY_BATTERY: Final = (Action.WARN, _R, _L, _L)
 """Actions by the values of COM_OBL_RC_ACT, NAV_DLL_ACT, GF_ACTION and COM_LOW_BAT_ACT."""
 
-_MODES: Final = {
+_MODES: Final[Mapping[Action, Mode]] = {
     Action.HOLD: Mode.HOLD,
     Action.RETURN: Mode.RETURN,
     Action.LAND: Mode.LAND,
@@ -52,6 +52,10 @@ _OFFBOARD: Final = int(Mode.OFFBOARD)
 
 class Failsafes:
     """Watches n vehicles; acts through their autopilot."""
+
+    modes: Mapping[Action, Mode] = _MODES
+    link_texts: tuple[str, str] = ("Connection to ground station lost", "GCS connection regained")
+    fence_text = "Geofence exceeded"
 
     def __init__(self, pilot: Pilot) -> None:
         self._pilot = pilot
@@ -119,7 +123,7 @@ class Failsafes:
         if fresh.any():
             status.gcs_lost |= fresh
             for i in fresh.nonzero()[0].tolist():
-                self._pilot.say(i, _WARNING, "Connection to ground station lost")
+                self._pilot.say(i, _WARNING, self.link_texts[0])
         act = status.gcs_lost & status.armed & ~status.landed & ~self._link_done
         if act.any():
             for i in act.nonzero()[0].tolist():
@@ -131,7 +135,7 @@ class Failsafes:
         if self._status.gcs_lost[i]:
             self._status.gcs_lost[i] = False
             self._link_done[i] = False
-            self._pilot.say(i, 6, "GCS connection regained")
+            self._pilot.say(i, 6, self.link_texts[1])
 
     def _check_battery(self) -> None:
         status, column = self._status, self._pilot.parameters.column
@@ -148,25 +152,30 @@ class Failsafes:
         for i in worse.nonzero()[0].tolist():
             grade = int(level[i])
             status.battery_level[i] = grade
-            self._pilot.say(i, (6, _WARNING, _CRITICAL, _EMERGENCY)[grade], _BATTERY_TEXTS[grade])
-            choice = int(column("COM_LOW_BAT_ACT")[i])
-            if grade >= 2:
-                table = _CRITICAL_BATTERY if grade == 2 else _EMERGENCY_BATTERY
-                self.trigger(i, table[choice])
+            self._run_low(i, grade)
+
+    def _run_low(self, i: int, grade: int) -> None:
+        """The battery is low (1), critical (2) or nearly empty (3)."""
+        self._pilot.say(i, (6, _WARNING, _CRITICAL, _EMERGENCY)[grade], _BATTERY_TEXTS[grade])
+        if grade >= 2:
+            table = _CRITICAL_BATTERY if grade == 2 else _EMERGENCY_BATTERY
+            self.trigger(i, table[int(self._pilot.parameters.get(i, "COM_LOW_BAT_ACT"))])
 
     def _check_fence(self) -> None:
         status, column = self._status, self._pilot.parameters.column
         away = self._pilot.states.position - status.home
         wide, high = column("GF_MAX_HOR_DIST"), column("GF_MAX_VER_DIST")
+        polygons = column("POLYGON_FENCES")
         outside = (wide > 0) & (np.hypot(away[:, 0], away[:, 1]) > wide)
         outside |= (high > 0) & (away[:, 2] > high)
         for i, inside in self.fences.items():
-            outside[i] |= not inside(*self._pilot.place(i))
+            if polygons[i]:
+                outside[i] |= not inside(*self._pilot.place(i))
         outside &= status.armed
         for i in (outside & ~self._outside).nonzero()[0].tolist():
             action = FENCE[int(column("GF_ACTION")[i])]
             if action is not Action.NONE:
-                self._pilot.say(i, _WARNING, "Geofence exceeded")
+                self._pilot.say(i, _WARNING, self.fence_text)
                 self.trigger(i, action, delayed=False)
         self._outside = outside
 
@@ -197,11 +206,14 @@ class Failsafes:
         mode = self._status.mode[i]
         return not (mode == Mode.LAND or (mode == Mode.RETURN and action <= Action.RETURN))
 
+    def _activated(self, i: int) -> None:
+        self._pilot.say(i, _CRITICAL, "Failsafe activated")
+
     def _act(self, i: int, action: Action) -> None:
         if not self._status.armed[i]:
             return
-        self._pilot.say(i, _CRITICAL, "Failsafe activated")
-        mode = _MODES.get(action)
+        self._activated(i)
+        mode = self.modes.get(action)
         if mode is None:
             self._pilot.stop_motors(i, "Disarmed by failsafe")
         elif self._may(i, action):

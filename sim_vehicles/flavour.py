@@ -4,11 +4,47 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Mapping
-from typing import Final, Protocol
+from typing import Final, NamedTuple, Protocol
 
 from sim_vehicles.codec import mav
 from sim_vehicles.modes import MODES, Mode
 from sim_vehicles.params import Type
+from sim_vehicles.streams import DEFAULT_INTERVALS_US, FILLS, Fill
+
+COMMON_CAPABILITIES: Final[int] = (
+    mav.MAV_PROTOCOL_CAPABILITY_MISSION_FLOAT
+    | mav.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
+    | mav.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+    | mav.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+    | mav.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+    | mav.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
+    | mav.MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION
+    | mav.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    | mav.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+    | mav.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
+)
+
+
+class Answers(NamedTuple):
+    """Results (MAV_RESULT) of what is not done."""
+
+    refused: int = int(mav.MAV_RESULT_TEMPORARILY_REJECTED)  # a request, for now
+    no_mode: int = int(mav.MAV_RESULT_DENIED)
+    no_message: int = int(mav.MAV_RESULT_DENIED)  # to be sent once
+    no_arming: int = int(mav.MAV_RESULT_DENIED)  # neither armed nor disarmed is asked for
+    long_frame: int = int(mav.MAV_FRAME_GLOBAL)  # of the place in a COMMAND_LONG
+    asks_for: str = "MISSION_REQUEST_INT"  # item by item, of an upload
+    whole_vectors: bool = False  # of setpoints: a part to be ignored takes the rest along
+    zero_is_here: bool = False  # latitude and longitude 0 in a command
+    strict_types: bool = True  # PARAM_SET must name the type of the parameter
+
+
+class States(NamedTuple):
+    """MAV_STATE by what the vehicle does."""
+
+    unready: int = int(mav.MAV_STATE_UNINIT)
+    ready: int = int(mav.MAV_STATE_STANDBY)
+    grounded: int = int(mav.MAV_STATE_ACTIVE)  # armed, on the ground
 
 
 class Flavour(Protocol):
@@ -21,12 +57,47 @@ class Flavour(Protocol):
 
     @property
     def capabilities(self) -> int:
-        """MAV_PROTOCOL_CAPABILITY bits that only this make has."""
+        """MAV_PROTOCOL_CAPABILITY bits."""
         ...
 
     @property
-    def heeds_data_streams(self) -> bool:
-        """Whether REQUEST_DATA_STREAM changes anything."""
+    def version(self) -> int:
+        """``flight_sw_version`` of AUTOPILOT_VERSION."""
+        ...
+
+    @property
+    def greeting(self) -> tuple[str, ...]:
+        """Texts that come with the list of parameters."""
+        ...
+
+    @property
+    def answers(self) -> Answers:
+        """How it refuses."""
+        ...
+
+    @property
+    def states(self) -> States:
+        """MAV_STATE of its heartbeats."""
+        ...
+
+    @property
+    def home_first(self) -> bool:
+        """Whether the first item of a mission is home, and not flown to."""
+        ...
+
+    @property
+    def fills(self) -> Mapping[str, Fill]:
+        """The messages that can be streamed."""
+        ...
+
+    @property
+    def intervals_us(self) -> Mapping[str, int]:
+        """Those sent unasked, microseconds between two."""
+        ...
+
+    @property
+    def data_streams(self) -> Mapping[int, tuple[str, tuple[str, ...]]]:
+        """By MAV_DATA_STREAM: the parameter of its rate, and its messages; empty: not heeded."""
         ...
 
     @property
@@ -79,8 +150,15 @@ class Px4:
     """PX4: main and sub mode in the upper bytes, whole parameters as raw bits."""
 
     autopilot: Final[int] = mav.MAV_AUTOPILOT_PX4
-    capabilities: Final[int] = mav.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT | 16  # bytewise
-    heeds_data_streams: Final[bool] = False
+    capabilities: Final[int] = COMMON_CAPABILITIES | 16  # parameters as bits
+    version: Final = 0x01_11_00_FF  # 1.17.0, a release
+    greeting: Final[tuple[str, ...]] = ()
+    answers: Final = Answers()
+    states: Final = States()
+    home_first: Final = False
+    fills: Final = FILLS
+    intervals_us: Final = DEFAULT_INTERVALS_US
+    data_streams: Final[Mapping[int, tuple[str, tuple[str, ...]]]] = {}
     id_parameter: Final = "MAV_SYS_ID"
 
     def custom_mode(self, mode: Mode) -> int:

@@ -19,6 +19,7 @@ class Mode(IntEnum):
     RETURN = 6
     LAND = 7
     OFFBOARD = 8  # follows setpoints
+    BRAKE = 9  # stops, and holds whatever the sticks say
 
 
 @dataclass(frozen=True, slots=True)

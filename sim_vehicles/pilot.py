@@ -35,6 +35,11 @@ class Pilot(Protocol):
         """(n,) missions."""
         ...
 
+    @property
+    def rallies(self) -> Mapping[int, Sequence[Vector]]:
+        """Rally points, ENU m, of those vehicles that have some."""
+        ...
+
     def switch(self, i: int, mode: Mode) -> None:
         """Go to a mode without asking."""
         ...
@@ -61,6 +66,10 @@ class Pilot(Protocol):
 
     def charge(self, i: int) -> float:
         """Battery charge, 0..1."""
+        ...
+
+    def may_start(self, i: int) -> bool:
+        """Whether a mission may leave the ground."""
         ...
 
     def has_setpoints(self, i: int) -> bool:

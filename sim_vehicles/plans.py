@@ -23,6 +23,7 @@ class Do(Enum):
     JUMP = auto()
     PAUSE = auto()  # where it is
     NOTHING = auto()  # accepted and passed over
+    HOME = auto()  # the first of some autopilots' missions: no step at all
 
 
 @dataclass(frozen=True, slots=True)

@@ -114,6 +114,9 @@ TABLE: Final[tuple[Parameter, ...]] = (
 """A multirotor's; autopilots go by these names whatever they show to clients."""
 
 _IN_THE_AIR: Final = ("MPC_", "LNDMC_", "MIS_TAKEOFF", "NAV_MC_", "MAV_TYPE", "SYS_AUTOSTART")
+HIDDEN: Final = (*TABLE, whole("POLYGON_FENCES", 1, 0, 1))
+"""What autopilots go by."""
+
 COMMON: Final = tuple(each for each in TABLE if not each.name.startswith(_IN_THE_AIR))
 """Those of every kind of vehicle."""
 

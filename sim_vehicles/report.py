@@ -72,13 +72,15 @@ class Report:
         if not able.all():
             out.sensors_health[~able] &= ~_PREARM
             out.sensors_health[~ready] &= ~_POSITION
+        states = self._pilot.craft.flavour.states
         if not armed.any():
-            out.system_status[:] = np.where(able, mav.MAV_STATE_STANDBY, mav.MAV_STATE_UNINIT)
+            out.system_status[:] = np.where(able, states.ready, states.unready)
             out.landed_state[:] = mav.MAV_LANDED_STATE_ON_GROUND
             return
-        grounded = np.where(able, mav.MAV_STATE_STANDBY, mav.MAV_STATE_UNINIT)
-        flying = np.where(status.failsafe > 1, mav.MAV_STATE_CRITICAL, mav.MAV_STATE_ACTIVE)
-        np.copyto(out.system_status, np.where(armed, flying, grounded))
+        off = np.where(able, states.ready, states.unready)
+        on = np.where(status.landed, states.grounded, mav.MAV_STATE_ACTIVE)
+        on[status.failsafe > 1] = mav.MAV_STATE_CRITICAL
+        np.copyto(out.system_status, np.where(armed, on, off))
         landed_state = out.landed_state
         landed_state[:] = mav.MAV_LANDED_STATE_IN_AIR
         landed_state[mode == _TAKEOFF] = mav.MAV_LANDED_STATE_TAKEOFF

@@ -62,8 +62,8 @@ def land(pilot: Pilot, i: int) -> Routine:
 
 def return_home(pilot: Pilot, i: int) -> Routine:
     """Climb to the return height, fly home, go down, land (PX4's RTL_TYPE 0)."""
-    parameters, home = pilot.parameters, pilot.status.home[i]
-    hx, hy, hz = (float(value) for value in home)
+    parameters = pilot.parameters
+    hx, hy, hz = refuge(pilot, i)
     if pilot.status.landed[i]:
         stay(pilot, i)
         yield
@@ -95,6 +95,18 @@ def return_home(pilot: Pilot, i: int) -> Routine:
     yield
 
 
+def refuge(pilot: Pilot, i: int, farthest_m: float = inf) -> Vector:
+    """Where a return leads to: home, or a rally point that is nearer, within ``farthest_m``."""
+    x, y, _ = pilot.place(i)
+    hx, hy, hz = pilot.status.home[i].tolist()
+    best, least = (hx, hy, hz), hypot(hx - x, hy - y)
+    for point in pilot.rallies.get(i, ()):
+        away = hypot(point[0] - x, point[1] - y)
+        if away < min(least, farthest_m):
+            best, least = (point[0], point[1], hz), away
+    return best
+
+
 def _return_height(pilot: Pilot, i: int, distance_m: float) -> float:
     """Metres above home to return at: lower inside a cone about home (RTL_CONE_ANG)."""
     parameters = pilot.parameters
@@ -108,23 +120,37 @@ def _return_height(pilot: Pilot, i: int, distance_m: float) -> float:
     return min(max(distance_m / tan(radians(half_angle)), lowest), full)
 
 
-def mission(steps: Mapping[Do, StepRoutine]) -> Make:
-    """Makes the routine of Mission mode of how each step is flown."""
+def mission(steps: Mapping[Do, StepRoutine], *, ending: str = "Mission finished, {}") -> Make:
+    """Makes the routine of Mission mode of how each step is flown.
+
+    Args:
+        steps: the routine of each.
+        ending: what is said in the end; "{}": landed or loitering.
+    """
 
     def fly_plan(pilot: Pilot, i: int) -> Routine:
-        return _fly_plan(pilot, i, steps)
+        yield from _fly_plan(pilot, i, steps)
+        if ending:
+            place = "landed" if pilot.status.landed[i] else "loitering"
+            pilot.say(i, _INFO, ending.format(place))
+        if not pilot.legs.has_place(i):
+            stay(pilot, i)
+        yield
 
     return fly_plan
 
 
 def _fly_plan(pilot: Pilot, i: int, steps: Mapping[Do, StepRoutine]) -> Routine:
-    """Fly the mission from its current step on, then stay."""
+    """Fly the mission from its current step on."""
     plan = pilot.plans[i]
     jumped: dict[int, int] = {}
     idle = 0  # steps since the last that took time: a loop of jumps must not hang
     while plan.current < len(plan.steps) and idle <= len(plan.steps):
         step, number = plan.steps[plan.current], plan.current
         idle += 1
+        if step.do is Do.HOME:
+            plan.current += 1
+            continue
         if step.do is Do.JUMP:
             count = jumped.get(number, 0)
             again = step.repeats < 0 or count < step.repeats
@@ -140,11 +166,6 @@ def _fly_plan(pilot: Pilot, i: int, steps: Mapping[Do, StepRoutine]) -> Routine:
         plan.current += 1
     plan.finished = True
     plan.current = max(len(plan.steps) - 1, 0)
-    ending = "landed" if pilot.status.landed[i] else "loitering"
-    pilot.say(i, _INFO, f"Mission finished, {ending}")
-    if not pilot.legs.has_place(i):
-        stay(pilot, i)
-    yield
 
 
 def _step_take_off(pilot: Pilot, i: int, step: Step) -> Routine:

@@ -11,6 +11,7 @@ import numpy as np
 
 from planners.terrain import Terrain
 from sim_vehicles import px4_parameters
+from sim_vehicles.ardupilot.pilot import ArduPilot
 from sim_vehicles.autopilot import Autopilot
 from sim_vehicles.codec import Counts, decode
 from sim_vehicles.craft import Craft
@@ -21,11 +22,12 @@ from sim_vehicles.params import Parameters
 from sim_vehicles.protocol.endpoint import Endpoint, Services
 from sim_vehicles.protocol.services import HANDLERS, go_on
 from sim_vehicles.report import Report
-from sim_vehicles.status import Said
+from sim_vehicles.status import Said, Shown
 from sim_vehicles.telemetry import Telemetry
 
 _TICK_S: Final = 0.1  # of the autopilots' navigation and timers
 _LONGEST: Final = 1400  # bytes of a datagram made of several
+PILOTS: Final[Mapping[str, type[Autopilot]]] = {"px4": Autopilot, "ardupilot": ArduPilot}
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,12 +104,12 @@ class Squad:
         self._step_s = self._step_us * 1e-6
         self._tick_us = max(round(_TICK_S * 1e6) // self._step_us, 1) * self._step_us
 
-        hidden = px4_parameters.TABLE
+        hidden = px4_parameters.HIDDEN
         table = Parameters(craft.parameters, n, hidden=hidden, derive=craft.derive)
         table.override(around.parameters)
         for i, system in enumerate(self.systems):
             table.set(i, craft.flavour.id_parameter, system)
-        self.pilot = Autopilot(
+        self.pilot = PILOTS[craft.autopilot](
             craft,
             self.systems,
             self._model.states,
@@ -117,7 +119,10 @@ class Squad:
             seed=around.seed,
             altitude_m=around.origin.altitude_m,
         )
-        self.telemetry = Telemetry(self.systems, around.origin, starts)
+        face = craft.flavour
+        self.telemetry = Telemetry(
+            self.systems, around.origin, starts, fills=face.fills, intervals_us=face.intervals_us
+        )
         self.pilot.status.home = self.telemetry.homes  # one array: telemetry tells of it
         self.report = Report(self.pilot)
         services = Services(self.pilot, self.telemetry, self.report, around.origin)
@@ -174,6 +179,8 @@ class Squad:
             endpoint = self.endpoints[news.vehicle]
             if isinstance(news, Said):
                 endpoint.say(news.severity, news.text)
+            elif isinstance(news, Shown):
+                endpoint.show(news.message)
             else:
                 endpoint.send("MISSION_ITEM_REACHED", seq=news.step)
                 self.report.plan(news.vehicle)

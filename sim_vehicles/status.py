@@ -36,7 +36,15 @@ class Reached:
     step: int
 
 
-Told: TypeAlias = Said | Reached
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A message to be sent unasked, once."""
+
+    vehicle: int
+    message: str
+
+
+Told: TypeAlias = Said | Reached | Shown
 
 
 @dataclass(slots=True, eq=False)
@@ -48,6 +56,7 @@ class Status:
     armed: Bools  # (n,)
     landed: Bools  # (n,) the land detector's word
     flown: Bools  # (n,) was in the air since arming
+    started: Bools  # (n,) was told to begin its mission since arming
     failsafe: I8  # (n,) Action in force, 0: none
     battery_level: I8  # (n,) 0 good, 1 low, 2 critical, 3 emergency
     ready_us: I64  # (n,) position estimate good from here on
@@ -74,6 +83,7 @@ class Status:
             armed=off,
             landed=np.ones(n, dtype=np.bool_),
             flown=off.copy(),
+            started=off.copy(),
             failsafe=np.zeros(n, dtype=np.int8),
             battery_level=np.zeros(n, dtype=np.int8),
             ready_us=np.array(ready_us, dtype=np.int64),

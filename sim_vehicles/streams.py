@@ -258,7 +258,7 @@ def _altitude(out: Record, now: Readings) -> None:
     out["altitude_local"] = -now.local[:, 2]
     out["altitude_relative"] = heights - now.homes[now.rows, 2]
     out["altitude_terrain"] = np.nan
-    out["bottom_clearance"] = np.nan
+    out["bottom_clearance"] = heights - now.snapshot.states.ground[now.rows]
 
 
 def _home(out: Record, now: Readings) -> None:
@@ -311,3 +311,18 @@ FILLS: Final[dict[str, Fill]] = {
     "EXTENDED_SYS_STATE": _extended_state,
 }
 """Every message that can be streamed or requested here."""
+
+DEFAULT_INTERVALS_US: Final[dict[str, int]] = {
+    "HEARTBEAT": 1_000_000,
+    "ATTITUDE": 100_000,
+    "LOCAL_POSITION_NED": 100_000,
+    "GLOBAL_POSITION_INT": 100_000,
+    "SYS_STATUS": 500_000,
+    "BATTERY_STATUS": 500_000,
+    "EXTENDED_SYS_STATE": 500_000,
+    "GPS_RAW_INT": 500_000,
+    "VFR_HUD": 500_000,
+    "SYSTEM_TIME": 1_000_000,
+    "HOME_POSITION": 2_000_000,
+}
+"""Sent unasked, microseconds of simulated time between two."""

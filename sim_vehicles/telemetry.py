@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -11,27 +11,18 @@ import numpy as np
 from sim_vehicles.codec import BatchPacker, Encoder, mav
 from sim_vehicles.dynamics.model import F64
 from sim_vehicles.geodesy import Geodetic, LocalGeodesy
-from sim_vehicles.streams import FILLS, Ints, Readings, TelemetrySnapshot
+from sim_vehicles.streams import (
+    DEFAULT_INTERVALS_US,
+    FILLS,
+    Fill,
+    Ints,
+    Readings,
+    TelemetrySnapshot,
+)
 
 __all__ = ["DEFAULT_INTERVALS_US", "Telemetry", "TelemetrySnapshot"]
 
-DEFAULT_INTERVALS_US: Final[dict[str, int]] = {
-    "HEARTBEAT": 1_000_000,
-    "ATTITUDE": 100_000,
-    "LOCAL_POSITION_NED": 100_000,
-    "GLOBAL_POSITION_INT": 100_000,
-    "SYS_STATUS": 500_000,
-    "BATTERY_STATUS": 500_000,
-    "EXTENDED_SYS_STATE": 500_000,
-    "GPS_RAW_INT": 500_000,
-    "VFR_HUD": 500_000,
-    "SYSTEM_TIME": 1_000_000,
-    "HOME_POSITION": 2_000_000,
-}
-"""Sent unasked, microseconds of simulated time between two."""
-
 _OFF: Final = -1
-_NAMES: Final = {getattr(mav, f"MAVLINK_MSG_ID_{name}"): name for name in FILLS}
 
 
 @dataclass(slots=True, eq=False)
@@ -63,6 +54,8 @@ class Telemetry:
         origin: of the fleet frame (ENU).
         homes: (n, 3) ENU m, where each vehicle starts: the zero of its local frame, and its
             home until ``homes`` is written to.
+        fills: the messages that there are.
+        intervals_us: those sent unasked, microseconds of simulated time between two.
 
     Attributes:
         encoders: one a vehicle, for replies; they number their frames together with the
@@ -70,8 +63,17 @@ class Telemetry:
         homes: (n, 3) ENU m; write a row to move that vehicle's home.
     """
 
-    def __init__(self, systems: Sequence[int], origin: Geodetic, homes: F64) -> None:
+    def __init__(
+        self,
+        systems: Sequence[int],
+        origin: Geodetic,
+        homes: F64,
+        *,
+        fills: Mapping[str, Fill] = FILLS,
+        intervals_us: Mapping[str, int] = DEFAULT_INTERVALS_US,
+    ) -> None:
         n = len(systems)
+        self._fills, self._intervals_us = fills, intervals_us
         numbers = bytearray(n)
         self.encoders = tuple(
             Encoder(system, sequences=numbers, index=index) for index, system in enumerate(systems)
@@ -81,7 +83,10 @@ class Telemetry:
         self._geodesy = LocalGeodesy(origin)
         self._systems = np.array(systems, dtype=np.uint8)
         self._sequences = np.frombuffer(numbers, dtype=np.uint8)  # the encoders' own bytes
-        self._streams = {msgid: _stream(name, n) for msgid, name in _NAMES.items()}
+        self._streams = {
+            getattr(mav, f"MAVLINK_MSG_ID_{name}"): _stream(name, n, intervals_us.get(name, _OFF))
+            for name in fills
+        }
         self._packers: dict[tuple[str, ...], BatchPacker] = {}
         self._next_us = 0  # nothing is due before
 
@@ -94,7 +99,7 @@ class Telemetry:
         if stream is None:
             return False
         if interval_us == 0:
-            interval_us = DEFAULT_INTERVALS_US.get(stream.name, _OFF)
+            interval_us = self._intervals_us.get(stream.name, _OFF)
         before = stream.intervals_us[index]
         stream.intervals_us[index] = interval_us = max(interval_us, _OFF)
         if before != _OFF:
@@ -119,7 +124,7 @@ class Telemetry:
         self, index: int, message_name: str, t_us: int, snapshot: TelemetrySnapshot
     ) -> bytes | None:
         """One message of vehicle ``index`` now; None if it is none of those known here."""
-        if message_name not in FILLS:
+        if message_name not in self._fills:
             return None
         return self._pack((message_name,), np.array([index]), t_us, snapshot)[0]
 
@@ -164,7 +169,7 @@ class Telemetry:
         systems = self._systems[rows]
         records = packer.records(len(systems))
         for name in names:
-            FILLS[name](records[name], now)
+            self._fills[name](records[name], now)
         datagrams = packer.pack(records, systems, self._sequences[rows])
         self._sequences[rows] += len(names)  # wraps at 256
         return datagrams
@@ -178,8 +183,7 @@ def _merged(parts: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
     return sorted(joined.items())
 
 
-def _stream(name: str, n: int) -> _Stream:
-    interval_us = DEFAULT_INTERVALS_US.get(name, _OFF)
+def _stream(name: str, n: int, interval_us: int) -> _Stream:
     stream = _Stream(name, [interval_us] * n)
     if interval_us != _OFF and n:
         stream.rates[interval_us] = _Rate(set(range(n)))

@@ -10,12 +10,12 @@ from sim_vehicles.arming import Refusal
 from sim_vehicles.codec import Packet, mav
 from sim_vehicles.geodesy import yaw_enu_from_ned
 from sim_vehicles.modes import Mode
+from sim_vehicles.plans import Vector
 from sim_vehicles.protocol import requests
 from sim_vehicles.protocol.endpoint import Endpoint
 from sim_vehicles.protocol.orders import Order
 
 ACCEPTED: Final[int] = mav.MAV_RESULT_ACCEPTED
-LATER: Final[int] = mav.MAV_RESULT_TEMPORARILY_REJECTED
 DENIED: Final[int] = mav.MAV_RESULT_DENIED
 UNSUPPORTED: Final[int] = mav.MAV_RESULT_UNSUPPORTED
 WRONG_FRAME: Final = 9  # MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
@@ -27,7 +27,7 @@ Command: TypeAlias = Callable[[Endpoint, Order], int]
 
 def on_command(endpoint: Endpoint, packet: Packet) -> None:
     """COMMAND_LONG or COMMAND_INT: do it, and say what became of it."""
-    order = Order.read(packet)
+    order = Order.read(packet, endpoint.services.flavour.answers.long_frame)
     handler = COMMANDS.get(order.command)
     result = UNSUPPORTED if handler is None else handler(endpoint, order)
     endpoint.send(
@@ -56,19 +56,23 @@ def _said(endpoint: Endpoint, refusal: Refusal | None) -> int:
     """The result that a request came to; a refusal is explained in a text."""
     if refusal is None:
         return ACCEPTED
-    endpoint.pilot.say(endpoint.index, _CRITICAL, refusal.reason)
-    return DENIED if refusal.for_good else LATER
+    if refusal.reason:
+        endpoint.pilot.say(endpoint.index, _CRITICAL, refusal.reason)
+    if refusal.unsupported:
+        return UNSUPPORTED
+    return DENIED if refusal.for_good else endpoint.services.flavour.answers.refused
 
 
 def _change(endpoint: Endpoint, mode: Mode | None) -> int:
     if mode is None or mode not in endpoint.services.craft.modes:
-        return DENIED
+        return endpoint.services.flavour.answers.no_mode
     return _said(endpoint, endpoint.pilot.change_mode(endpoint.index, mode))
 
 
 def _to(mode: Mode) -> Command:
     def change(endpoint: Endpoint, order: Order) -> int:
-        return _change(endpoint, mode)
+        known = mode in endpoint.services.craft.modes
+        return _change(endpoint, mode) if known else UNSUPPORTED
 
     return change
 
@@ -87,13 +91,13 @@ def _arm(endpoint: Endpoint, order: Order) -> int:
         return _said(endpoint, endpoint.pilot.arm(endpoint.index, force=force))
     if value == 0.0:
         return _said(endpoint, endpoint.pilot.disarm(endpoint.index, force=force))
-    return DENIED
+    return endpoint.services.flavour.answers.no_arming
 
 
 def _take_off(endpoint: Endpoint, order: Order) -> int:
     if not order.is_global:
         return WRONG_FRAME
-    place = order.place(endpoint.services.origin, _home_z(endpoint))
+    place = _place(endpoint, order)
     if place is None:
         return DENIED
     return _said(endpoint, endpoint.pilot.take_off(endpoint.index, place[2]))
@@ -103,17 +107,17 @@ def _reposition(endpoint: Endpoint, order: Order) -> int:
     if not order.is_global:
         return WRONG_FRAME
     pilot, i = endpoint.pilot, endpoint.index
-    place = order.place(endpoint.services.origin, _home_z(endpoint))
+    place = _place(endpoint, order)
     if place is None:
         return DENIED
-    may_change = order.whole(2) & mav.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
-    if not may_change and pilot.status.mode[i] != Mode.HOLD:
-        return DENIED
+    may_change = bool(order.whole(2) & mav.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE)
     heading = order.number(4, nan)
     yaw = float(yaw_enu_from_ned(heading)) if abs(heading) < 1e3 else nan
-    circle = abs(order.number(3))  # of aircraft; their yaw says which way: 1, counter-clockwise
+    circle = abs(
+        order.number(3)
+    )  # of aircraft, whose yaw says which way round: 1, counter-clockwise
     pilot.legs.set_circle(i, (circle if heading == 1.0 else -circle) if circle else nan)
-    result = _said(endpoint, pilot.reposition(i, place, yaw))
+    result = _said(endpoint, pilot.reposition(i, place, yaw, may_change=may_change))
     speed = order.number(1, -1.0)
     if result == ACCEPTED and speed > 0:
         pilot.legs.set_speed(i, min(speed, 1e3))
@@ -138,7 +142,7 @@ def _set_home(endpoint: Endpoint, order: Order) -> int:
         return ACCEPTED
     if not order.is_global:
         return WRONG_FRAME
-    place = order.place(endpoint.services.origin, _home_z(endpoint))
+    place = _place(endpoint, order)
     if place is None or not all(map(isfinite, place)):
         return DENIED
     pilot.status.home[i] = place
@@ -147,9 +151,9 @@ def _set_home(endpoint: Endpoint, order: Order) -> int:
 
 def _pause_or_continue(endpoint: Endpoint, order: Order) -> int:
     value = order.number(1, nan)
-    if value == 0.0:
-        return _change(endpoint, Mode.HOLD)
-    return _change(endpoint, Mode.MISSION) if value == 1.0 else DENIED
+    if value not in (0.0, 1.0):
+        return DENIED
+    return _said(endpoint, endpoint.pilot.pause(endpoint.index, go_on=value == 1.0))
 
 
 def _start_mission(endpoint: Endpoint, order: Order) -> int:
@@ -160,7 +164,7 @@ def _start_mission(endpoint: Endpoint, order: Order) -> int:
         return DENIED
     if steps:
         _go_on_from(endpoint, first)
-    return _change(endpoint, Mode.MISSION)
+    return _said(endpoint, pilot.start_mission(i))
 
 
 def _set_mission_current(endpoint: Endpoint, order: Order) -> int:
@@ -198,8 +202,11 @@ def _store(endpoint: Endpoint, order: Order) -> int:
     return ACCEPTED if order.whole(1) in (0, 1) else DENIED
 
 
-def _home_z(endpoint: Endpoint) -> float:
-    return float(endpoint.pilot.status.home[endpoint.index, 2])
+def _place(endpoint: Endpoint, order: Order) -> Vector | None:
+    """Where an order leads to, ENU m."""
+    home_z = float(endpoint.pilot.status.home[endpoint.index, 2])
+    zero_is_here = endpoint.services.flavour.answers.zero_is_here
+    return order.place(endpoint.services.origin, home_z, zero_is_here=zero_is_here)
 
 
 COMMANDS: Final[dict[int, Command]] = {

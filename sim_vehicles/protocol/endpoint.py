@@ -98,6 +98,16 @@ class Endpoint:
             part = data[start : start + _TEXT_BYTES]
             self.send("STATUSTEXT", severity=severity, text=part, id=self.texts, chunk_seq=chunk)
 
+    def show(self, name: str) -> bool:
+        """Queue a telemetry message as it is now; whether there is such a one."""
+        services = self.services
+        services.report.update()
+        snapshot = services.report.snapshot
+        frame = services.telemetry.one(self.index, name, self.now_us, snapshot)
+        if frame is not None:
+            self.out.append(frame)
+        return frame is not None
+
     def handle(self, packet: Packet, handlers: Handlers) -> None:
         """Do what a packet asks, if it is for this vehicle."""
         message = packet.message

@@ -44,6 +44,17 @@ _ORDERS: Final[dict[int, Do]] = {
 }
 """As PX4: places come in global frames, orders in the frame MISSION."""
 
+_CONDITIONS: Final[frozenset[int]] = frozenset(
+    (
+        mav.MAV_CMD_CONDITION_DELAY,
+        mav.MAV_CMD_CONDITION_DISTANCE,
+        mav.MAV_CMD_CONDITION_YAW,
+    )
+)
+"""ArduPilot's; here they are met at once."""
+_ACCEPTED: Final[int] = mav.MAV_MISSION_ACCEPTED
+_UNSUPPORTED: Final[int] = mav.MAV_MISSION_UNSUPPORTED
+
 FENCE_ITEMS: Final[frozenset[int]] = frozenset(
     (
         mav.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION,
@@ -95,21 +106,24 @@ def _scaled(degrees: float) -> int:
     return round(degrees * 1e7) if abs(degrees) < 214.0 else UNSET  # NaN too
 
 
-def why_not(item: Item, mission_type: int) -> int:
-    """MAV_MISSION_ACCEPTED, or why an item can not be taken."""
-    result = int(mav.MAV_MISSION_ACCEPTED)
+def why_not(item: Item, mission_type: int, *, any_frame: bool = False) -> int:
+    """MAV_MISSION_ACCEPTED, or why an item can not be taken.
+
+    With ``any_frame``, as by ArduPilot, orders may come in any frame, and places not in MISSION.
+    """
     if mission_type != mav.MAV_MISSION_TYPE_MISSION:
         known = FENCE_ITEMS if mission_type == mav.MAV_MISSION_TYPE_FENCE else _RALLY_ITEMS
-        if item.command not in known:
-            result = int(mav.MAV_MISSION_UNSUPPORTED)
-    elif item.frame == mav.MAV_FRAME_MISSION:
-        if item.command not in _ORDERS:
-            result = int(mav.MAV_MISSION_UNSUPPORTED)
-        return result
-    elif item.command not in _PLACES:
-        result = int(mav.MAV_MISSION_UNSUPPORTED)
-    if result:
-        return result
+        return _bad_place(item) if item.command in known else _UNSUPPORTED
+    if any_frame:
+        if item.command in _ORDERS or item.command in _CONDITIONS:
+            return _ACCEPTED
+        return _not_finite(item) or _bad_place(item) if item.command in _PLACES else _UNSUPPORTED
+    if item.frame == mav.MAV_FRAME_MISSION:
+        return _ACCEPTED if item.command in _ORDERS else _UNSUPPORTED
+    return _bad_place(item) if item.command in _PLACES else _UNSUPPORTED
+
+
+def _bad_place(item: Item) -> int:
     if item.frame not in _ABSOLUTE + _RELATIVE:
         return int(mav.MAV_MISSION_UNSUPPORTED_FRAME)
     if item.x != UNSET and abs(item.x) > 900_000_000:
@@ -118,21 +132,36 @@ def why_not(item: Item, mission_type: int) -> int:
         return int(mav.MAV_MISSION_INVALID_PARAM6_Y)
     if isfinite(item.z) and abs(item.z) > 1e5:
         return int(mav.MAV_MISSION_INVALID_PARAM7)
-    return result
+    return _ACCEPTED
 
 
-def plan(items: Sequence[Item], origin: Geodetic, home_z: float) -> tuple[Step, ...] | None:
-    """The steps that items (each taken by ``why_not``) stand for; None: a jump leads nowhere."""
+def _not_finite(item: Item) -> int:
+    """ArduPilot takes NaN for a yaw only."""
+    for number, value in enumerate((item.param1, item.param2, item.param3)):
+        if not isfinite(value):
+            return int(mav.MAV_MISSION_INVALID_PARAM1) + number
+    return _ACCEPTED
+
+
+def plan(
+    items: Sequence[Item], origin: Geodetic, home_z: float, *, home_first: bool = False
+) -> tuple[Step, ...] | None:
+    """The steps that items (each taken by ``why_not``) stand for; None: a jump leads nowhere.
+
+    With ``home_first`` the first item is home, and no step.
+    """
     steps = tuple(_step(item, origin, home_z) for item in items)
+    if home_first:
+        steps = (Step(Do.HOME), *steps[1:]) if steps else ()
     if any(step.do is Do.JUMP and not 0 <= step.jump_to < len(steps) for step in steps):
         return None
     return steps
 
 
 def _step(item: Item, origin: Geodetic, home_z: float) -> Step:
-    if item.frame == mav.MAV_FRAME_MISSION:
+    do = _PLACES.get(item.command)
+    if do is None or item.frame == mav.MAV_FRAME_MISSION:
         return _order(item)
-    do = _PLACES[item.command]
     position = place(item, origin, home_z)
     yaw = pi / 2 - item.param4 * pi / 180 if abs(item.param4) < 1e4 else nan
     pauses = (mav.MAV_CMD_NAV_WAYPOINT, mav.MAV_CMD_NAV_LOITER_TIME)
@@ -147,7 +176,7 @@ def _step(item: Item, origin: Geodetic, home_z: float) -> Step:
 
 
 def _order(item: Item) -> Step:
-    do = _ORDERS[item.command]
+    do = _ORDERS.get(item.command, Do.NOTHING)
     if do is Do.JUMP:
         return Step(do, jump_to=int(_number(item.param1, -1)), repeats=int(_number(item.param2, 0)))
     if do is Do.SPEED:

@@ -10,15 +10,22 @@ from __future__ import annotations
 from typing import Final
 
 from sim_vehicles.codec import Packet, mav
+from sim_vehicles.geodesy import to_geodetic
 from sim_vehicles.protocol.endpoint import Endpoint, Upload
 from sim_vehicles.protocol.fence import fence
-from sim_vehicles.protocol.items import Item, plan, why_not
+from sim_vehicles.protocol.items import Item, place, plan, why_not
 
 _TYPES: Final[tuple[int, ...]] = (
     mav.MAV_MISSION_TYPE_MISSION,
     mav.MAV_MISSION_TYPE_FENCE,
     mav.MAV_MISSION_TYPE_RALLY,
 )
+_TOTALS: Final[dict[int, str]] = {
+    mav.MAV_MISSION_TYPE_MISSION: "MIS_TOTAL",
+    mav.MAV_MISSION_TYPE_FENCE: "FENCE_TOTAL",
+    mav.MAV_MISSION_TYPE_RALLY: "RALLY_TOTAL",
+}
+"""Parameters that hold how many items there are, where the autopilot has them."""
 _ALL: Final[int] = mav.MAV_MISSION_TYPE_ALL
 _MOST: Final = 2000  # items of one type
 _ASK_AGAIN_US: Final = 250_000
@@ -63,7 +70,8 @@ def on_item(endpoint: Endpoint, packet: Packet) -> None:
     if message.seq != len(upload.items):
         return  # one we have, or one too early: the timer asks again
     item = Item.read(message)
-    result = why_not(item, upload.mission_type)
+    home_first = endpoint.services.flavour.home_first
+    result = why_not(item, upload.mission_type, any_frame=home_first)
     if result != mav.MAV_MISSION_ACCEPTED:
         endpoint.upload = None
         _ack(endpoint, peer, result, upload.mission_type)
@@ -127,6 +135,8 @@ def on_request(endpoint: Endpoint, packet: Packet) -> None:
         _ack(endpoint, peer, mav.MAV_MISSION_INVALID_SEQUENCE, message.mission_type)
         return
     item = items[message.seq]
+    if message.seq == 0 and message.mission_type == mav.MAV_MISSION_TYPE_MISSION:
+        item = _first(endpoint, item)
     fields = item._asdict()
     if message.msgname == "MISSION_REQUEST":
         fields |= {"x": item.x * 1e-7, "y": item.y * 1e-7}
@@ -137,6 +147,21 @@ def on_request(endpoint: Endpoint, packet: Packet) -> None:
         target_system=packet.system,
         target_component=packet.component,
         **fields,
+    )
+
+
+def _first(endpoint: Endpoint, item: Item) -> Item:
+    """The first item of a mission: where home is now, for an autopilot that keeps it there."""
+    if not endpoint.services.flavour.home_first:
+        return item
+    home = endpoint.pilot.status.home[endpoint.index]
+    latitude, longitude, altitude = to_geodetic(home, endpoint.services.origin)
+    return item._replace(
+        frame=int(mav.MAV_FRAME_GLOBAL),
+        command=int(mav.MAV_CMD_NAV_WAYPOINT),
+        x=round(float(latitude) * 1e7),
+        y=round(float(longitude) * 1e7),
+        z=float(altitude),
     )
 
 
@@ -160,10 +185,7 @@ def on_set_current(endpoint: Endpoint, packet: Packet) -> None:
         return
     pilot.set_current(i, packet.message.seq)
     services.report.plan(i)
-    snapshot = services.report.snapshot
-    frame = services.telemetry.one(i, "MISSION_CURRENT", endpoint.now_us, snapshot)
-    if frame is not None:
-        endpoint.out.append(frame)
+    endpoint.show("MISSION_CURRENT")
 
 
 def on_partial(endpoint: Endpoint, packet: Packet) -> None:
@@ -175,8 +197,10 @@ def on_partial(endpoint: Endpoint, packet: Packet) -> None:
 def _store(endpoint: Endpoint, kind: int, items: tuple[Item, ...]) -> int:
     """Take items in; MAV_MISSION_RESULT."""
     services, pilot, i = endpoint.services, endpoint.pilot, endpoint.index
+    home_z = float(pilot.status.home[i, 2])
     if kind == mav.MAV_MISSION_TYPE_MISSION:
-        steps = plan(items, services.origin, float(pilot.status.home[i, 2]))
+        first = services.flavour.home_first
+        steps = plan(items, services.origin, home_z, home_first=first)
         if steps is None:
             return int(mav.MAV_MISSION_INVALID_PARAM1)
         pilot.load(i, steps)
@@ -188,7 +212,12 @@ def _store(endpoint: Endpoint, kind: int, items: tuple[Item, ...]) -> int:
             if allowed is None:
                 return int(mav.MAV_MISSION_INVALID)
             pilot.failsafes.fences[i] = allowed
+    else:
+        pilot.rallies[i] = tuple(place(item, services.origin, home_z) for item in items)
     endpoint.stored[kind] = items
+    total = _TOTALS[kind]
+    if pilot.parameters.row(total) is not None:
+        pilot.parameters.set(i, total, min(len(items), 100))
     return int(mav.MAV_MISSION_ACCEPTED)
 
 
@@ -196,7 +225,7 @@ def _ask(endpoint: Endpoint, upload: Upload) -> None:
     upload.asked_us = endpoint.now_us
     system, component = upload.peer
     endpoint.send(
-        "MISSION_REQUEST_INT",
+        endpoint.services.flavour.answers.asks_for,
         seq=len(upload.items),
         mission_type=upload.mission_type,
         target_system=system,

@@ -26,14 +26,14 @@ class Order:
     peer: tuple[int, int]  # who asks: system and component
 
     @staticmethod
-    def read(packet: Packet) -> Order:
-        """Of a COMMAND_LONG or a COMMAND_INT."""
+    def read(packet: Packet, long_frame: int) -> Order:
+        """Of a COMMAND_INT, or of a COMMAND_LONG, whose place is in ``long_frame``."""
         message = packet.message
         first = (message.param1, message.param2, message.param3, message.param4)
         peer = packet.system, packet.component
         if message.msgname == "COMMAND_LONG":
             rest = (message.param5, message.param6, message.param7)
-            return Order(message.command, first + rest, int(mav.MAV_FRAME_GLOBAL), peer)
+            return Order(message.command, first + rest, long_frame, peer)
         scale = (
             1e-4 if message.frame in (mav.MAV_FRAME_LOCAL_NED, mav.MAV_FRAME_LOCAL_ENU) else 1e-7
         )
@@ -56,9 +56,13 @@ class Order:
         """Whether the frame is one of latitude and longitude that is understood."""
         return self.frame in _ABSOLUTE + _RELATIVE
 
-    def place(self, origin: Geodetic, home_z: float) -> Vector | None:
+    def place(
+        self, origin: Geodetic, home_z: float, *, zero_is_here: bool = False
+    ) -> Vector | None:
         """Params 5, 6 and 7 as ENU m, NaN where not given; None: no place on Earth near here."""
         latitude, longitude, z = (self.number(param, nan) for param in (5, 6, 7))
+        if zero_is_here and latitude == 0.0 and longitude == 0.0:
+            latitude = longitude = nan
         if isfinite(z) and abs(z) > FARTHEST_M:
             return None
         up = z + home_z if self.frame in _RELATIVE else z - origin.altitude_m

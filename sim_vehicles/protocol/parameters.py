@@ -6,11 +6,13 @@ from typing import Final
 
 from sim_vehicles.codec import Packet
 from sim_vehicles.params import Type
+from sim_vehicles.protocol import requests
 from sim_vehicles.protocol.endpoint import Endpoint
 
 _PER_TICK: Final = 10  # of a list, so that it does not come in one burst
 _NO_INDEX: Final = 0xFFFF
 _WARNING: Final = 4
+_INFO: Final = 6
 
 
 def on_read(endpoint: Endpoint, packet: Packet) -> None:
@@ -28,6 +30,8 @@ def on_read(endpoint: Endpoint, packet: Packet) -> None:
 
 def on_list(endpoint: Endpoint, packet: Packet) -> None:
     """PARAM_REQUEST_LIST: all of them, a few at a time."""
+    for text in endpoint.services.flavour.greeting:
+        endpoint.say(_INFO, text)
     endpoint.next_parameter = 0
     endpoint.busy = True
 
@@ -52,10 +56,14 @@ def on_set(endpoint: Endpoint, packet: Packet) -> None:
     if row is None:
         return
     parameter = parameters.table[row]
-    if message.param_type == parameter.type:
-        value = endpoint.services.flavour.decoded(parameter.type, message.param_value)
+    flavour = endpoint.services.flavour
+    if message.param_type == parameter.type or not flavour.answers.strict_types:
+        value = flavour.decoded(parameter.type, message.param_value)
         try:
             parameters.set(endpoint.index, parameter.name, value)
+            for stream, (name, _) in flavour.data_streams.items():
+                if name == parameter.name:
+                    requests.set_group(endpoint, stream)
         except ValueError as error:
             endpoint.say(_WARNING, str(error))
     else:

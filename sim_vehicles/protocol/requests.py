@@ -11,35 +11,17 @@ from sim_vehicles.protocol.orders import Order
 
 _ACCEPTED: Final[int] = mav.MAV_RESULT_ACCEPTED
 _DENIED: Final[int] = mav.MAV_RESULT_DENIED
-_VERSION: Final = 0x01_11_00_FF  # 1.17.0, a release
-_CAPABILITIES: Final[int] = (
-    mav.MAV_PROTOCOL_CAPABILITY_MISSION_FLOAT
-    | mav.MAV_PROTOCOL_CAPABILITY_MISSION_INT
-    | mav.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
-    | mav.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
-    | mav.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
-    | mav.MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION
-    | mav.MAV_PROTOCOL_CAPABILITY_MAVLINK2
-    | mav.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
-    | mav.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
-)
-_STREAMS: Final[dict[int, tuple[str, ...]]] = {
-    mav.MAV_DATA_STREAM_RAW_SENSORS: ("GPS_RAW_INT",),
-    mav.MAV_DATA_STREAM_EXTENDED_STATUS: ("SYS_STATUS", "BATTERY_STATUS", "MISSION_CURRENT"),
-    mav.MAV_DATA_STREAM_POSITION: ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"),
-    mav.MAV_DATA_STREAM_EXTRA1: ("ATTITUDE",),
-    mav.MAV_DATA_STREAM_EXTRA2: ("VFR_HUD",),
-    mav.MAV_DATA_STREAM_EXTRA3: ("SYSTEM_TIME",),
-}
+_FASTEST_HZ: Final = 50
 
 
 def autopilot_version(endpoint: Endpoint, order: Order) -> int:
     """Send AUTOPILOT_VERSION."""
+    flavour = endpoint.services.flavour
     endpoint.send(
         "AUTOPILOT_VERSION",
-        capabilities=_CAPABILITIES | endpoint.services.flavour.capabilities,
-        flight_sw_version=_VERSION,
-        middleware_sw_version=_VERSION,
+        capabilities=flavour.capabilities,
+        flight_sw_version=flavour.version,
+        middleware_sw_version=flavour.version,
         board_version=1,
         uid=endpoint.system,
     )
@@ -63,18 +45,16 @@ def request_message(endpoint: Endpoint, order: Order) -> int:
     if own is not None:
         return own(endpoint, order)
     generated = mav.mavlink_map.get(wanted)
-    return _DENIED if generated is None else _telemetry(endpoint, generated.msgname)
+    if generated is None:
+        return endpoint.services.flavour.answers.no_message
+    return _telemetry(endpoint, generated.msgname)
 
 
 def _telemetry(endpoint: Endpoint, name: str) -> int:
-    services = endpoint.services
-    services.report.update()
-    snapshot = services.report.snapshot
-    frame = services.telemetry.one(endpoint.index, name, endpoint.now_us, snapshot)
-    if frame is None:
-        return _DENIED
-    endpoint.out.append(frame)
-    return _ACCEPTED
+    known = name != "HOME_POSITION" or endpoint.pilot.has_home(endpoint.index)
+    if known and endpoint.show(name):
+        return _ACCEPTED
+    return endpoint.services.flavour.answers.no_message
 
 
 def set_interval(endpoint: Endpoint, order: Order) -> int:
@@ -98,13 +78,21 @@ def get_interval(endpoint: Endpoint, order: Order) -> int:
 
 def on_data_stream(endpoint: Endpoint, packet: Packet) -> None:
     """REQUEST_DATA_STREAM: rates of groups of messages, where the autopilot heeds it."""
-    if not endpoint.services.flavour.heeds_data_streams:
-        return
     message = packet.message
+    rate_hz = message.req_message_rate if message.start_stop else 0
     everything = message.req_stream_id == mav.MAV_DATA_STREAM_ALL
-    on = message.start_stop and message.req_message_rate
-    interval_us = 1_000_000 // message.req_message_rate if on else -1
-    for stream, names in _STREAMS.items():
-        for name in names if everything or stream == message.req_stream_id else ():
-            msgid = getattr(mav, f"MAVLINK_MSG_ID_{name}")
-            endpoint.services.telemetry.set_interval(endpoint.index, msgid, interval_us)
+    parameters = endpoint.pilot.parameters
+    for stream, (parameter, _) in endpoint.services.flavour.data_streams.items():
+        if everything or stream == message.req_stream_id:
+            parameters.set(endpoint.index, parameter, min(rate_hz, _FASTEST_HZ))
+            set_group(endpoint, stream)
+
+
+def set_group(endpoint: Endpoint, stream: int) -> None:
+    """Stream a group of messages at the rate that its parameter says."""
+    parameter, names = endpoint.services.flavour.data_streams[stream]
+    rate_hz = endpoint.pilot.parameters.get(endpoint.index, parameter)
+    interval_us = round(1e6 / rate_hz) if rate_hz > 0 else -1
+    for name in names:
+        msgid = getattr(mav, f"MAVLINK_MSG_ID_{name}")
+        endpoint.services.telemetry.set_interval(endpoint.index, msgid, interval_us)

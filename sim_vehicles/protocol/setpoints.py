@@ -40,7 +40,7 @@ def on_local(endpoint: Endpoint, packet: Packet) -> None:
     frame = message.coordinate_frame
     if frame != _NED and frame not in _OFFSET:
         return
-    mask = message.type_mask
+    mask = _mask(endpoint, message.type_mask)
     position = velocity = NOWHERE
     if mask & _SPEED != _SPEED:
         north, east, down = _wanted(mask >> 3, message.vx, message.vy, message.vz)
@@ -64,7 +64,7 @@ def on_global(endpoint: Endpoint, packet: Packet) -> None:
     if message.coordinate_frame not in _GLOBAL:
         return
     origin = endpoint.services.origin
-    mask = message.type_mask
+    mask = _mask(endpoint, message.type_mask)
     x = y = z = nan
     if not mask & 3:
         if abs(message.lat_int) > 900_000_000 or abs(message.lon_int) > 1_800_000_000:
@@ -77,6 +77,14 @@ def on_global(endpoint: Endpoint, packet: Packet) -> None:
         z = message.alt + (-origin.altitude_m if absolute else home_z)
     north, east, down = _wanted(mask >> 3, message.vx, message.vy, message.vz)
     _follow(endpoint, message, (x, y, z), (east, north, -down))
+
+
+def _mask(endpoint: Endpoint, mask: int) -> int:
+    """ArduPilot ignores a position, or a velocity, of which one part is to be ignored."""
+    if endpoint.services.flavour.answers.whole_vectors:
+        for bits in (_PLACE, _SPEED):
+            mask |= bits if mask & bits else 0
+    return mask
 
 
 def _wanted(mask: int, a: float, b: float, c: float) -> Vector:

@@ -11,7 +11,7 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from sim_vehicles.arming import Refusal, why_not_arm
+from sim_vehicles.arming import Refusal
 from sim_vehicles.modes import Mode as Flown
 from sim_vehicles.squad import Squad
 from uavbridge.clock import to_us
@@ -26,7 +26,9 @@ from uavbridge.vehicle.api import (
     LandHere,
     Mode,
     Refused,
+    RestoreNet,
     ReturnHome,
+    SetNet,
     SetPosition,
     SetVelocity,
     TakeOff,
@@ -91,7 +93,7 @@ class DirectVehicle:
         i, pilot, states = self._index, self._pilot, self._states
         mode = Flown(int(pilot.status.mode[i]))
         armed = bool(pilot.status.armed[i])
-        reason = None if armed else why_not_arm(pilot, i)
+        reason = None if armed else pilot.why_not_arm(i)
         return VehicleState(
             t_us=self._now_us,
             position=states.position[i].copy(),
@@ -136,6 +138,8 @@ class DirectVehicle:
                 self._setpoint_until_us = t_us + SETPOINT_LIFE_US
             self._follow(self._setpoint)
             return pilot.change_mode(i, Flown.OFFBOARD)
+        if isinstance(command, SetNet | RestoreNet):
+            return None  # who drives it without bytes is gone with it
         self._setpoint = None
         if isinstance(command, TakeOff):
             if not 0.0 < command.height_m <= HIGHEST_M:
