@@ -8,6 +8,7 @@ beacon). No I/O: a runner feeds it and carries its effects out.
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,7 +21,7 @@ from uavbridge.agent.mapping import Mapping
 from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.agent.telling import Telling
-from uavbridge.bus.wire import Beacon
+from uavbridge.bus.wire import Beacon, Frame
 from uavbridge.clock import to_us
 from uavbridge.rng import stream
 from uavbridge.safety.filter import Vector
@@ -60,6 +61,10 @@ class Agent:
     def phase(self) -> Phase:
         """What it is doing."""
         return self.flight.phase
+
+    def remember(self, frames: Sequence[Frame]) -> None:
+        """Learn from what this agent sent before its process died."""
+        self.mapping.merge(frames)
 
     def step(self, inputs: Inputs) -> list[Effect]:
         """Everything this agent wants done now."""

@@ -15,9 +15,10 @@ import numpy as np
 from planners.types import Setpoint
 from uavbridge.agent.effects import Answer, Do, Effect, Inputs, Tell
 from uavbridge.agent.guidance import climb_to, towards, wanted
+from uavbridge.agent.handling import HANDLING
 from uavbridge.agent.orders import Ack, Order, Verb
 from uavbridge.agent.phases import ENDED, FOLLOWING, ORDERS, Phase, check
-from uavbridge.agent.plan import AgentPlan
+from uavbridge.agent.plan import SIMULATED, AgentPlan
 from uavbridge.clock import to_s
 from uavbridge.safety.filter import Traffic, Vector, constrain
 from uavbridge.vehicle.api import (
@@ -28,19 +29,20 @@ from uavbridge.vehicle.api import (
     HoldPosition,
     LandHere,
     Mode,
+    Net,
     Refused,
     Said,
+    SetNet,
     SetVelocity,
     TakeOff,
     VehicleEvent,
     VehicleState,
 )
 
-AT_HEIGHT_M = 1.5
-AT_START_M = 5.0
-OVER_HOME_M = 1.5
 SLOWEST_CLIMB_M_S = 0.5  # of a vehicle that takes off
-STRANGE_MODE_S = 1.5  # a mode we did not ask for, for so long: somebody has the vehicle
+STRANGE_MODE_S = 0.3  # a mode we did not ask for, for so long: somebody has the vehicle
+NET_MARGIN_M = 20.0  # from what the bridge allows to where the autopilot's own net begins
+LEAST_RETURN_M = 5.0  # above home, by the autopilot
 STALL_S = 0.5  # a step so late may have cost us the vehicle: then it is ours to take back
 STALL_MEMORY_S = 10.0
 WARNING = 4  # MAV_SEVERITY; texts less severe stay with the vehicle
@@ -53,6 +55,7 @@ ASKED_BY: dict[type, frozenset[Verb]] = {
     LandHere: frozenset({Verb.LAND, Verb.ABORT}),
 }
 FAILSAFES = frozenset({Mode.HOLD, Mode.RETURN, Mode.LAND})
+OURS = FAILSAFES | {Mode.OFFBOARD}  # what our own vehicle may be in when we come back
 
 
 class Flight:
@@ -66,7 +69,7 @@ class Flight:
         self.distance_m = 0.0
         self.failure = ""
         self.limited_by: tuple[str, ...] = ()
-        self._since_us = 0  # begin of the phase
+        self._since_us = NEVER_US  # begin of the phase
         self._asked_us = NEVER_US  # newest command, repeated after plan.retry_s
         self._strange_us: int | None = None
         self._stalled_us = NEVER_US
@@ -76,6 +79,9 @@ class Flight:
         self._owed: Order | None = None  # its answer waits for the vehicle's
         self._last: Vector | None = None
         self._refusal = ""
+        self._net_set = plan.net is None
+        self._climbs = False  # it took off by our word
+        self._handling = HANDLING["multirotor"]
         self._effects: list[Effect] = []
         self._pending: list[Effect] = []
 
@@ -90,7 +96,10 @@ class Flight:
             traffic: the others by their separation beacons.
         """
         self._effects, self._pending = self._pending, []
+        if self._since_us == NEVER_US:  # a mission may be joined late
+            self._since_us = inputs.t_us
         self._odometer(inputs.state)
+        self._handling = HANDLING[inputs.state.kind]
         if inputs.late_s > STALL_S:
             self._stalled_us = inputs.t_us
         for event in inputs.events:
@@ -118,6 +127,12 @@ class Flight:
             case Said(severity, text):
                 if severity <= WARNING:
                     self._tell(f"vehicle says: {text}")
+            case Refused(SetNet(), reason) if self.phase is Phase.ARM:
+                self._fail(reason, inputs.t_us)
+            case Done(SetNet()):
+                self._net_set = True
+            case Done(TakeOff()):
+                self._climbs = True
             case Refused(Arm(), reason) if self.phase is Phase.ARM:
                 self._refused(reason, "arming refused: ")
             case Refused(command, reason):
@@ -173,13 +188,18 @@ class Flight:
             self._strange_us = None
         elif self._strange_us is None:
             self._strange_us = t_us
-        elif state.mode in FAILSAFES and to_s(t_us - self._stalled_us) < STALL_MEMORY_S:
+        elif self._stalled_lately(t_us) and state.mode in FAILSAFES:
             # Our own setpoints came too late, and the autopilot's failsafe took over.
             self._ask(Follow(), t_us)
         elif to_s(t_us - self._strange_us) > STRANGE_MODE_S:
             self.failure = f"vehicle went to {state.mode_text or state.mode.value}: yielded"
             self._tell(self.failure, failure=True)
             self._enter(Phase.YIELDED, t_us)
+
+    def _stalled_lately(self, t_us: int) -> bool:
+        """Our own lateness may be why a simulated vehicle left us; others are never taken back."""
+        simulated = self.plan.endpoint == SIMULATED
+        return simulated and to_s(t_us - self._stalled_us) < STALL_MEMORY_S
 
     def _give_up(self, state: VehicleState, t_us: int) -> None:
         """It is time to fly, or to end, and the vehicle is not ready."""
@@ -246,10 +266,11 @@ class Flight:
     ) -> None:
         position = _vector(state)
         if self.phase is Phase.CONNECT:
-            if state.link_ok and state.has_position:
-                self._enter(Phase.ARM, t_us)
+            self._meet(state, t_us)
         elif self.phase is Phase.ARM:
-            if not state.waiting_for:
+            if not self._net_set:
+                self._ask(SetNet(self._net(position)), t_us)
+            elif not state.waiting_for:
                 self._ask(Arm(), t_us)
         elif self.phase is Phase.TAKEOFF:
             self._take_off(state, position, t_us)
@@ -260,15 +281,53 @@ class Flight:
         elif self.phase in FOLLOWING:
             self._follow(state, t_us, setpoint, traffic)
 
+    def _meet(self, state: VehicleState, t_us: int) -> None:
+        """The vehicle is there; one that flies already is ours only if we flew it before."""
+        if not (state.link_ok and state.has_position):
+            return
+        if not (state.armed and state.in_air):
+            self._enter(Phase.ARM, t_us)
+            return
+        x, y, _ = self.plan.start
+        ground = 0.0 if self.plan.terrain is None else float(self.plan.terrain.height_at((x, y)))
+        self.home = (x, y, ground)
+        self._taking = self.plan.resumes and state.mode in OURS
+        mode = state.mode_text or state.mode.value
+        if self._taking:
+            self._tell(f"takes over its vehicle in {mode}")
+        else:
+            self.failure = f"vehicle is in the air already, in {mode}: yielded"
+            self._tell(self.failure, failure=True)
+        self._enter(Phase.YIELDED, t_us)
+
+    def _net(self, home: Vector) -> Net:
+        """What the autopilot is to hold to on its own, around where it stands."""
+        way = self.plan.envelope.holding(home)
+        x, y, z = home
+        corners = [(e, n) for e in (way.west_m, way.east_m) for n in (way.south_m, way.north_m)]
+        setpoint_loss_s, link_loss_s = self.plan.net or (0.0, 0.0)
+        return Net(
+            fence_radius_m=max(hypot(e - x, n - y) for e, n in corners) + NET_MARGIN_M,
+            fence_height_m=way.altitude_max_m - z + NET_MARGIN_M,
+            return_height_m=max(self.plan.return_height_m - z, LEAST_RETURN_M),
+            setpoint_loss_s=setpoint_loss_s,
+            link_loss_s=link_loss_s,
+        )
+
     def _take_off(self, state: VehicleState, position: Vector, t_us: int) -> None:
-        if position[2] - self.home[2] >= 0.8 * self.plan.low_height_m:
+        height_m = max(self.plan.low_height_m, self._handling.take_off_m)
+        if not self._handling.flies or position[2] - self.home[2] >= 0.8 * height_m:
             self._effects.append(Do(SetVelocity(np.zeros(3))))
             self._ask(Follow(), t_us)
-        elif state.mode is not Mode.TAKEOFF:
-            self._ask(TakeOff(self.plan.low_height_m), t_us)
+        elif state.mode is not Mode.TAKEOFF and not (self._climbs and state.mode is Mode.OFFBOARD):
+            self._climbs = False
+            self._ask(TakeOff(height_m), t_us)
 
     def _land(self, state: VehicleState, t_us: int) -> None:
         if not state.armed and not state.in_air:
+            self._enter(Phase.DONE, t_us)
+        elif self._handling.circles and state.mode is Mode.RETURN:
+            self._tell("circles over home by its autopilot, which is to land it")
             self._enter(Phase.DONE, t_us)
         elif state.mode is not Mode.LAND:
             self._ask(LandHere(), t_us)
@@ -292,6 +351,7 @@ class Flight:
         vx, vy, vz = state.velocity.tolist()
         velocity = self._steer(position, t_us, setpoint, traffic)
         near_ground = self.phase in (Phase.CLIMB, Phase.DESCEND, Phase.LAND)
+        near_ground |= not self._handling.flies
         searches = self.phase in (Phase.SEARCH, Phase.PAUSE)
         safe = constrain(
             velocity,
@@ -311,7 +371,8 @@ class Flight:
         plan = self.plan
         if self.phase is Phase.CLIMB:
             off_m = hypot(position[0] - plan.start[0], position[1] - plan.start[1])
-            if abs(position[2] - plan.start[2]) < AT_HEIGHT_M and off_m < AT_START_M:
+            at_height = abs(position[2] - plan.start[2]) < self._handling.height_m
+            if at_height and off_m < self._handling.start_m:
                 self._enter(Phase.SEARCH, t_us)
             return towards(plan.start, position, plan.envelope.speed_m_s)
         if self.phase is Phase.SEARCH:
@@ -319,7 +380,7 @@ class Flight:
                 return STILL
             return wanted(setpoint, position, plan.start[2], plan.envelope)
         if self.phase is Phase.RISE:
-            if abs(position[2] - plan.return_height_m) < AT_HEIGHT_M:
+            if abs(position[2] - plan.return_height_m) < self._handling.height_m:
                 self._enter(Phase.HOME, t_us)
             return 0.0, 0.0, climb_to(plan.return_height_m, position[2])
         if self.phase in (Phase.HOME, Phase.DESCEND):
@@ -335,8 +396,8 @@ class Flight:
                 self._enter(Phase.LAND, t_us)
             return x, y, -plan.envelope.sink_m_s
         off_m = hypot(position[0] - over_home[0], position[1] - over_home[1])
-        if off_m < OVER_HOME_M and self._column_free(position, traffic):
-            self._enter(Phase.DESCEND, t_us)
+        if off_m < self._handling.home_m and self._column_free(position, traffic):
+            self._enter(Phase.LAND if self._handling.circles else Phase.DESCEND, t_us)
         return x, y, z
 
     def _column_free(self, position: Vector, traffic: list[Traffic]) -> bool:

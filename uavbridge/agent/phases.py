@@ -30,7 +30,7 @@ class Phase(Enum):
 
 
 NEXT: dict[Phase, frozenset[Phase]] = {
-    Phase.CONNECT: frozenset({Phase.ARM, Phase.DONE, Phase.FAILED}),
+    Phase.CONNECT: frozenset({Phase.ARM, Phase.YIELDED, Phase.DONE, Phase.FAILED}),
     Phase.ARM: frozenset({Phase.TAKEOFF, Phase.CLIMB, Phase.DONE, Phase.FAILED}),
     Phase.TAKEOFF: frozenset({Phase.CLIMB, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
     Phase.CLIMB: frozenset(

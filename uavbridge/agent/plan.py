@@ -12,6 +12,8 @@ from planners.types import F64, Scenario
 from uavbridge.safety.envelope import Envelope
 from uavbridge.safety.filter import Vector
 
+SIMULATED = "simulated"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AgentPlan:
@@ -33,7 +35,9 @@ class AgentPlan:
     mission_mark: int = 0  # in every frame
     frame_bytes: float = inf  # the most that a frame may have, but for the planner's payload
     keyframe_s: float = inf  # time between two frames that tell all that is known
-    endpoint: str = "simulated"  # where its vehicle is, for messages
+    resumes: bool = False  # it flew this mission before: a vehicle in the air is its own
+    endpoint: str = SIMULATED  # where its vehicle is, for messages
+    net: tuple[float, float] | None = None  # s without setpoints, without link: the autopilot's
     ready_timeout_s: float = 60.0  # to be heard, and then to be ready and armed
     retry_s: float = 2.0  # between two tries of what must be done
     silence_s: float = 5.0  # after which a vehicle counts as lost

@@ -68,6 +68,7 @@ class Recorder:
         self.folder = folder
         self.messages = 0
         self.epoch_ns = epoch_ns
+        self._part = part
         self._digest = StreamDigest()
         self._channels: dict[str, _Channel] = {}
         self._tlogs: dict[int, TlogWriter] = {}
@@ -111,7 +112,9 @@ class Recorder:
         """The log of one vehicle, made at the first call."""
         if vehicle not in self._tlogs:
             path = None if self.folder is None else self.folder / tlog_name(vehicle)
-            self._tlogs[vehicle] = TlogWriter(path, vehicle, self.epoch_ns // 1000)
+            self._tlogs[vehicle] = TlogWriter(
+                path, vehicle, self.epoch_ns // 1000, goes_on=self._part > 1
+            )
         return self._tlogs[vehicle]
 
     def digest(self) -> str:

@@ -10,6 +10,7 @@ import logging
 import struct
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 
 from uavbridge.clock import SECOND_US
 from uavbridge.recording.digest import StreamDigest, prefix
@@ -47,10 +48,14 @@ class TlogWriter:
         path: file to write; None: only the digest.
         vehicle: system id, part of the digest.
         epoch_us: Unix date of mission start in microseconds.
+        goes_on: keep what the file has; the digest is of what comes now.
     """
 
-    def __init__(self, path: Path | None, vehicle: int, epoch_us: int) -> None:
-        self._file = None if path is None else path.open("wb", buffering=0)
+    def __init__(
+        self, path: Path | None, vehicle: int, epoch_us: int, *, goes_on: bool = False
+    ) -> None:
+        mode: Literal["ab", "wb"] = "ab" if goes_on else "wb"
+        self._file = None if path is None else path.open(mode, buffering=0)
         self._epoch_us = epoch_us
         self._prefix = prefix(f"tlog/{vehicle}")
         self._digest = StreamDigest()

@@ -9,17 +9,21 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
 
 from planners.planner import Planner
 from uavbridge.bus.security import Identity
+from uavbridge.bus.wire import Frame, decode
 from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.clock import SECOND_US, LedClock, PacedClock, to_s, wall_date
 from uavbridge.config import Mission, parse, to_toml
 from uavbridge.errors import ConfigError, UavbridgeError
 from uavbridge.mavlink.urls import open_link
+from uavbridge.recording.parts import MCAP_NAME
+from uavbridge.recording.reader import Recording
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import MissionRecord
 from uavbridge.runner import assemble
@@ -63,7 +67,8 @@ def fly_elsewhere(
         planner: binds the mission's planner.
         router: zenoh endpoint.
         endpoints: where the vehicles are, by agent; the others are the launcher's simulated ones.
-        folder: for the recording; None: none.
+        folder: for the recording; None: none. Where an earlier process of these agents left
+            one, they go on: a vehicle that flies is theirs, and they know what they told others.
         identity: of this session, where the router asks for one.
         wait_s: how long to wait for router and launcher.
         stop: asked at every tick; True calls these agents home.
@@ -83,8 +88,9 @@ def fly_elsewhere(
         tell(f"agents {_listed(agents)}: router {router}, waiting for the mission to begin")
         told = wait_for(bus, lambda _: True, wait_s=wait_s)
         _compare(mission, told)
+        before = _before(mission, folder)
         plans = [
-            plan
+            replace(plan, resumes=before is not None)
             for plan in assemble.agent_plans(mission.for_agents(), planner(mission))
             if plan.agent in agents
         ]
@@ -93,7 +99,8 @@ def fly_elsewhere(
         }
         for link in links.values():
             stack.callback(link.close)
-        recorder = stack.enter_context(_recorder(mission, folder))
+        sent = {} if before is None else _sent(before, agents)
+        recorder = stack.enter_context(_recorder(mission, folder, before))
         paced = PacedClock(mission.speed)
         clock = LedClock(paced, Reached(bus), lead_us=LEAD_US)
         vehicles = {
@@ -106,6 +113,8 @@ def fly_elsewhere(
             for agent, link in links.items()
         }
         host = build_host(mission, plans, vehicles, bus, recorder)
+        for seat in host.seats:
+            seat.agent.remember(sent.get(seat.agent.plan.agent, []))
         wait_for(bus, lambda b: b.t_us is not None, wait_s=wait_s, meanwhile=_waiting(here, stop))
         agreed = agree(bus)
         tell(_told(agreed))
@@ -118,12 +127,39 @@ def fly_elsewhere(
         )
 
 
-def _recorder(mission: Mission, folder: Path | None) -> Recorder:
+def _before(mission: Mission, folder: Path | None) -> Recording | None:
+    """What an earlier process of these agents wrote down before it died.
+
+    Raises:
+        ConfigError: the folder holds something else.
+    """
+    if folder is None or not (folder / MCAP_NAME).exists():
+        return None
+    before = Recording(folder)
+    if before.mission_name != mission.name:
+        raise ConfigError(f"--out: {folder} holds a recording of {before.mission_name} already")
+    return before
+
+
+def _sent(before: Recording, agents: Sequence[int]) -> dict[int, list[Frame]]:
+    """The frames that each agent sent."""
+    topics = {f"air/{agent}": agent for agent in agents}
+    sent: dict[int, list[Frame]] = {agent: [] for agent in agents}
+    for message in before.messages():
+        agent = topics.get(message.topic)
+        frame = None if agent is None else decode(message.data)
+        if agent is not None and frame is not None:
+            sent[agent].append(frame)
+    return sent
+
+
+def _recorder(mission: Mission, folder: Path | None, before: Recording | None) -> Recorder:
     recorder = Recorder(
         folder,
         mission_name=mission.name,
-        epoch_ns=int(wall_date().timestamp()) * SECOND_US * 1000,
+        epoch_ns=before.epoch_ns if before else int(wall_date().timestamp()) * SECOND_US * 1000,
         mcap=mission.recording.mcap,
+        part=max(before.parts) + 1 if before else 1,
     )
     text = to_toml(as_flown(mission))
     recorder.record("mission", 0, MissionRecord(text, mission.seed, mission.clock, versions()))
