@@ -162,6 +162,22 @@ class Safety(Table, frozen=True):
     ] = 120.0
     speed_m_s: Annotated[float, Meta(gt=0.0, le=50.0, description="horizontal speed limit")] = 10.0
     climb_m_s: Annotated[float, Meta(gt=0.0, le=20.0, description="climb and sink limit")] = 3.0
+    setpoint_loss_s: Annotated[
+        float,
+        Meta(
+            ge=0.5,
+            le=60.0,
+            description="a vehicle elsewhere that gets no setpoints for so long holds by itself",
+        ),
+    ] = 2.0
+    link_loss_s: Annotated[
+        float,
+        Meta(
+            ge=2.0,
+            le=120.0,
+            description="a vehicle elsewhere that does not hear us for so long returns by itself",
+        ),
+    ] = 10.0
 
 
 class Wind(Table, frozen=True):

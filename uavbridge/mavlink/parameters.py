@@ -38,6 +38,9 @@ _BITS = {
 }
 
 
+_KNOWN = frozenset(Kind)
+
+
 def to_wire(value: float, kind: Kind, *, bytewise: bool) -> float:
     """The float that carries a value. Raises ValueError if ``kind`` can not hold it."""
     if kind is Kind.REAL32 or not bytewise:
@@ -94,6 +97,8 @@ class Parameters:
         self._verdicts: list[Verdict] = []
         self.values: dict[str, float] = {}
         """Every value heard so far, by name."""
+        self.kinds: dict[str, Kind] = {}
+        """How each of them is kept."""
 
     def _ask(self, name: str, value: float | None, kind: Kind, t_us: int) -> int:
         self._tickets += 1
@@ -118,8 +123,10 @@ class Parameters:
         name = message.param_id
         value = from_wire(message.param_value, message.param_type, bytewise=self.bytewise)
         self.values[name] = value
+        if message.param_type in _KNOWN:
+            self.kinds[name] = Kind(message.param_type)
         for asked in self._asked:
-            if asked.name == name and (asked.value is None or _same(asked.value, value)):
+            if asked.name == name and (asked.value is None or same(asked.value, value)):
                 asked.exchange.hear(Event.ACCEPT, t_us)
         self._collect()
 
@@ -167,6 +174,6 @@ class Parameters:
         return not self._asked and not self._verdicts
 
 
-def _same(wanted: float, heard: float) -> bool:
+def same(wanted: float, heard: float) -> bool:
     """Equal as the float32 that travels."""
     return bool(struct.pack("<f", wanted) == struct.pack("<f", heard))

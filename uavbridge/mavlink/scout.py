@@ -11,18 +11,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from sim_vehicles.codec import Counts, Encoder, decode, mav
+from sim_vehicles.codec import Counts, Encoder, decode
 from sim_vehicles.geodesy import Geodetic
 from uavbridge.clock import SECOND_US
 from uavbridge.mavlink.commands import Commands, Order
 from uavbridge.mavlink.hub import Hub
+from uavbridge.mavlink.identity import heartbeat
 from uavbridge.mavlink.telemetry import Telemetry
 from uavbridge.mavlink.texts import Texts
 from uavbridge.mavlink.wishes import Wish, Wishes, once
 from uavbridge.vehicle.readiness import Readiness
 
-SYSTEM: Final = 245
-COMPONENT: Final = int(mav.MAV_COMP_ID_MISSIONPLANNER)
 _FIX_3D: Final = 3
 _WISHES: Final = (
     Wish("GLOBAL_POSITION_INT", 4.0),
@@ -32,17 +31,6 @@ _WISHES: Final = (
     Wish("GPS_RAW_INT", 1.0),
 )
 _ROUND_US: Final = 2 * SECOND_US
-
-
-def heartbeat(encoder: Encoder) -> bytes:
-    """This end shows itself, as a ground station."""
-    return encoder.pack(
-        "HEARTBEAT",
-        type=mav.MAV_TYPE_GCS,
-        autopilot=mav.MAV_AUTOPILOT_INVALID,
-        system_status=mav.MAV_STATE_ACTIVE,
-        mavlink_version=3,
-    )
 
 
 def place_of(latitude_1e7: int, longitude_1e7: int, altitude_mm: int) -> Geodetic | None:

@@ -31,6 +31,8 @@ _AIRBORNE: Final = frozenset(
     }
 )
 _NO_HEADING: Final = 65535
+_ABSOLUTE: Final = int(mav.ESTIMATOR_POS_HORIZ_ABS)
+_CONSTANT: Final = int(mav.ESTIMATOR_CONST_POS_MODE)
 _REORDERED_MS: Final = 2000  # older than this is not a late datagram but another boot
 
 
@@ -52,6 +54,7 @@ class Telemetry:
             "EXTENDED_SYS_STATE": self._extended_state,
             "GPS_GLOBAL_ORIGIN": self._global_origin,
             "HOME_POSITION": self._home_position,
+            "EKF_STATUS_REPORT": self._estimate,
         }
         """What to do with a message (message, mission time in microseconds), by its name."""
         self.restarts_us: list[int] = []
@@ -76,6 +79,8 @@ class Telemetry:
         self.mode = Mode.UNKNOWN
         self.mode_text = ""
         self.checks_failed = False
+        self.estimate_ok: bool | None = None
+        """The autopilot trusts its position; None: it does not tell."""
         self.frame: LocalFrame | None = None
         self.frame_exact = False
         """The frame's origin was told as such, not concluded from the home position."""
@@ -83,7 +88,9 @@ class Telemetry:
 
     @property
     def has_position(self) -> bool:
-        """Some position is known."""
+        """Some position is known, and the autopilot trusts it."""
+        if self.estimate_ok is False:
+            return False
         return (self._local is not None and self.frame is not None) or self._global is not None
 
     @property
@@ -149,6 +156,9 @@ class Telemetry:
         checked = m.onboard_control_sensors_present & m.onboard_control_sensors_enabled & _PREARM
         self.checks_failed = bool(checked & ~m.onboard_control_sensors_health)
 
+    def _estimate(self, m: Any, t_us: int) -> None:
+        self.estimate_ok = bool(m.flags & _ABSOLUTE) and not m.flags & _CONSTANT
+
     def _extended_state(self, m: Any, t_us: int) -> None:
         self._landed = m.landed_state
 
@@ -184,6 +194,7 @@ class Telemetry:
             has_position=self.has_position,
             link_ok=link_ok,
             waiting_for=waiting_for,
+            kind="multirotor" if isinstance(self.flavour, str) else self.flavour.kind,
         )
 
     def _motion(self) -> tuple[Any, Any]:

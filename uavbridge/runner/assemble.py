@@ -19,7 +19,7 @@ from sim_vehicles.geodesy import Geodetic
 from sim_vehicles.world.payload import CellSensor, CellSensorSpec
 from sim_vehicles.world.signals import ReceiverSpec, SignalReceiver
 from uavbridge import plugins
-from uavbridge.agent.plan import AgentPlan, return_heights
+from uavbridge.agent.plan import SIMULATED, AgentPlan, return_heights
 from uavbridge.bus.security import Identity
 from uavbridge.bus.tiles import Tiling
 from uavbridge.config import Mission
@@ -131,13 +131,22 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             mission_mark=mission_mark(mission),
             frame_bytes=mission.radio.frame_bytes,
             keyframe_s=mission.radio.keyframe_s,
-            endpoint=mission.endpoint(agent) or "simulated",
+            endpoint=mission.endpoint(agent) or SIMULATED,
+            net=_net(mission, agent),
             ready_timeout_s=patience(mission, 60.0),
             retry_s=patience(mission, 2.0),
             silence_s=patience(mission, 5.0),
         )
         for agent, start, height in zip(scenario.team, scenario.starts, heights, strict=True)
     ]
+
+
+def _net(mission: Mission, agent: int) -> tuple[float, float] | None:
+    """When the autopilot of a vehicle that we do not simulate is to act on its own."""
+    if mission.endpoint(agent) is None:
+        return None
+    safety = mission.safety
+    return patience(mission, safety.setpoint_loss_s), patience(mission, safety.link_loss_s)
 
 
 def fleet_of(mission: Mission, agents: tuple[int, ...]) -> Fleet:

@@ -21,8 +21,9 @@ from uavbridge.config import Mission
 from uavbridge.config.tables import Home
 from uavbridge.errors import ConfigError, UavbridgeError, VehicleError
 from uavbridge.mavlink.hub import Hub
+from uavbridge.mavlink.identity import COMPONENT, SYSTEM
 from uavbridge.mavlink.link import Link
-from uavbridge.mavlink.scout import COMPONENT, SYSTEM, Scout, Survey
+from uavbridge.mavlink.scout import Scout, Survey
 from uavbridge.mavlink.urls import Endpoint, open_hub, parse_url
 from uavbridge.runner import assemble
 

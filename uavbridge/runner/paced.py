@@ -43,6 +43,7 @@ from uavbridge.runner.judge import Judge
 from uavbridge.runner.payloads import Payloads
 from uavbridge.runner.router import RouterProcess
 from uavbridge.runner.simulation import Reached, Simulation
+from uavbridge.runner.stand_down import stand_down
 from uavbridge.vehicle.mavlink import MavlinkVehicle
 
 BRIEFED_IN_S = 1.5  # from the briefing of other processes to mission start
@@ -142,6 +143,8 @@ def fly_paced(
         host = build_host(mission, plans, vehicles, bus, recorder)
         progress = _with_payloads(mission, session, progress)
         _loop(clock, host, crew, judge, simulation, progress, stop)
+        elsewhere = {a: v for a, v in vehicles.items() if mission.endpoint(a) is not None}
+        stand_down(elsewhere, paced, tell)
         return Flown(judge, host)
 
 

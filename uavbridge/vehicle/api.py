@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Final, Protocol, TypeAlias
+from typing import Final, Literal, Protocol, TypeAlias
 
 import numpy as np
 
 from planners.types import F64
 
 HIGHEST_M: Final = 10_000.0
+VehicleKind: TypeAlias = Literal["multirotor", "rover", "plane"]
 
 
 class Mode(Enum):
@@ -47,6 +48,7 @@ class VehicleState:
     has_position: bool = False
     link_ok: bool = False  # heard within the link time-out
     waiting_for: tuple[str, ...] = ()  # why it can not arm yet; empty when ready
+    kind: VehicleKind = "multirotor"
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +88,32 @@ class ReturnHome:
     """The autopilot's own return to launch."""
 
 
+@dataclass(frozen=True, slots=True)
+class Net:
+    """The autopilot's own second safety net, should the bridge be no more.
+
+    Heights are metres above the vehicle's home, which is the middle of the fence.
+    """
+
+    fence_radius_m: float
+    fence_height_m: float
+    return_height_m: float
+    setpoint_loss_s: float = 2.0  # without setpoints for so long it holds
+    link_loss_s: float = 10.0  # without our heartbeat for so long it returns
+
+
+@dataclass(frozen=True, slots=True)
+class SetNet:
+    """Have the autopilot take over a safety net; what was before is remembered."""
+
+    net: Net
+
+
+@dataclass(frozen=True, slots=True)
+class RestoreNet:
+    """Put the autopilot's own safety net back as it was before ``SetNet``."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SetVelocity:
     """Setpoint: velocity (3,) ENU m/s, yaw kept where None."""
@@ -110,6 +138,8 @@ Command: TypeAlias = (
     | HoldPosition
     | LandHere
     | ReturnHome
+    | SetNet
+    | RestoreNet
     | SetVelocity
     | SetPosition
 )

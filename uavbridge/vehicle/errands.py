@@ -14,8 +14,8 @@ from typing import Final
 from sim_vehicles.codec import mav
 from uavbridge.clock import to_us
 from uavbridge.mavlink.commands import Commands, Order, Verdict
-from uavbridge.mavlink.flavour import Lead, Plan, SetParameter
 from uavbridge.mavlink.parameters import Parameters
+from uavbridge.mavlink.plan import Lead, Plan, SetParameter
 from uavbridge.mavlink.telemetry import Telemetry
 from uavbridge.vehicle.api import Arm, Command, Disarm, Done, Follow, Mode, Refused, VehicleEvent
 

@@ -1,4 +1,4 @@
-"""A vehicle behind a MAVLink link: PX4, ArduCopter, or our simulator."""
+"""A vehicle behind a MAVLink link: PX4, ArduPilot, or our simulator."""
 
 from __future__ import annotations
 
@@ -11,19 +11,25 @@ from sim_vehicles.codec import Counts, Encoder, decode, mav
 from sim_vehicles.geodesy import Geodetic
 from uavbridge.clock import to_us
 from uavbridge.mavlink.commands import Commands, Order
+from uavbridge.mavlink.exchange import Patience
+from uavbridge.mavlink.identity import COMPONENT, SYSTEM, heartbeat
 from uavbridge.mavlink.link import Link
 from uavbridge.mavlink.parameters import Parameters
+from uavbridge.mavlink.reposition import Repositions
 from uavbridge.mavlink.setpoints import Setpoint, setpoint_of, standstill
 from uavbridge.mavlink.telemetry import Telemetry
 from uavbridge.mavlink.texts import Texts
-from uavbridge.mavlink.wishes import ROUND_S, Wishes, once
+from uavbridge.mavlink.wishes import ROUND_S, STREAMS, Wishes, once
 from uavbridge.vehicle.api import (
     HIGHEST_M,
     Arm,
     Command,
     Disarm,
     Follow,
+    Mode,
+    RestoreNet,
     Said,
+    SetNet,
     SetPosition,
     SetVelocity,
     TakeOff,
@@ -32,16 +38,18 @@ from uavbridge.vehicle.api import (
 )
 from uavbridge.vehicle.errands import Errands
 from uavbridge.vehicle.readiness import Readiness
+from uavbridge.vehicle.safety_net import SafetyNet
 
 logger = logging.getLogger(__name__)
 
-SYSTEM: Final = 245
-COMPONENT: Final = int(mav.MAV_COMP_ID_MISSIONPLANNER)
 SETPOINT_LIFE_US: Final = to_us(0.5)
 SETPOINT_PERIOD_US: Final = to_us(0.2)
 _SECOND_US = to_us(1.0)
 _ROUND_US = to_us(ROUND_S)
 _WARNING = 4
+_REORDERED = 128  # numbers by which a frame may have been overtaken
+_SELDOM = 8  # rounds between two questions that stay unanswered, at most
+_NET_PATIENCE = Patience(tries=18, retry_s=0.5)
 
 
 class MavlinkVehicle:
@@ -82,12 +90,16 @@ class MavlinkVehicle:
         self._commands = Commands(self._encoder, system)
         self._parameters = Parameters(self._encoder, system)
         self._errands = Errands(self._commands, self._parameters, self._telemetry)
+        self._net_parameters = Parameters(self._encoder, system, patience=_NET_PATIENCE)
+        self.net = SafetyNet(self._net_parameters)
         self._readiness = Readiness(system, self._telemetry)
         self._wishes = Wishes()
         self._texts = Texts()
+        self._places = Repositions(origin)
+        self._beat = (0, -_SECOND_US)  # number and time of the newest heartbeat
         self._handlers: dict[str, Callable[[Any, int], None]] = self._telemetry.handlers | {
             "COMMAND_ACK": self._ack,
-            "PARAM_VALUE": self._parameters.hear,
+            "PARAM_VALUE": self._parameter,
         }
         self._now_us = 0
         self._heard_us: float = -inf
@@ -121,15 +133,24 @@ class MavlinkVehicle:
         Raises:
             ValueError: a setpoint that is not finite.
         """
+        flavour = self._telemetry.flavour
         if isinstance(command, SetVelocity | SetPosition):
+            if not isinstance(flavour, str) and flavour.repositions:
+                self._reposition(command, t_us)
+                return
             self._setpoint = setpoint_of(command, self._telemetry.frame)
             if self._setpoint is not None:
                 self._setpoint_until_us = t_us + SETPOINT_LIFE_US
                 self._link.send(self._setpoint_frame(t_us))
             return
-        flavour = self._telemetry.flavour
         if isinstance(flavour, str):
             self._errands.refuse(command, flavour)
+            return
+        if isinstance(command, SetNet):
+            self.net.start(command, flavour.net(command.net), t_us)
+            return
+        if isinstance(command, RestoreNet):
+            self.net.restore(t_us)
             return
         if isinstance(command, TakeOff) and not 0.0 < command.height_m <= HIGHEST_M:
             self._errands.refuse(command, f"{command.height_m} m is no height to take off to")
@@ -146,7 +167,7 @@ class MavlinkVehicle:
         out: list[bytes] = []
         if t_us >= self._heartbeat_us:
             self._heartbeat_us = t_us + _SECOND_US
-            out.append(self._heartbeat())
+            out.append(heartbeat(self._encoder))
         if self._component and t_us >= self._round_us:
             self._round_us = t_us + _ROUND_US
             out += [self._commands.frame(order) for order in self._wanted()]
@@ -155,6 +176,10 @@ class MavlinkVehicle:
             self._said = []
         if not self._errands.idle:
             told, frames = self._errands.advance(t_us)
+            events = events + told
+            out += frames
+        if not self.net.idle:
+            told, frames = self.net.advance(t_us)
             events = events + told
             out += frames
         self._stream(t_us, out)
@@ -173,6 +198,8 @@ class MavlinkVehicle:
                 self.strangers += 1
             elif packet.component == self._component:
                 self._heard_us = t_us
+                if name == "HEARTBEAT" and self._overtaken(packet.sequence, t_us):
+                    continue
                 handler = handlers.get(name)
                 if handler is not None:
                     handler(packet.message, t_us)
@@ -189,6 +216,14 @@ class MavlinkVehicle:
         if len(self._telemetry.restarts_us) != self._restarts:
             self._restarted()
 
+    def _overtaken(self, sequence: int, t_us: int) -> bool:
+        """A heartbeat that was sent before one heard already: what it says is over."""
+        age = (self._beat[0] - sequence) & 255
+        late = 0 < age < _REORDERED and t_us - self._beat[1] < _SECOND_US
+        if not late:
+            self._beat = (sequence, t_us)
+        return late
+
     def _meet(self, heartbeat: Any, component: int, t_us: int) -> None:
         """The first heartbeat: is it the autopilot, and which one?"""
         self._telemetry.handlers["HEARTBEAT"](heartbeat, t_us)
@@ -196,10 +231,14 @@ class MavlinkVehicle:
             return
         self._component = component
         self._heard_us = t_us
-        self._commands.component = self._parameters.component = component
+        self._commands.component = component
         flavour = self._telemetry.flavour
-        if not isinstance(flavour, str):
-            self._parameters.bytewise = flavour.bytewise_parameters
+        for parameters in (self._parameters, self._net_parameters):
+            parameters.component = component
+            if not isinstance(flavour, str):
+                parameters.bytewise = flavour.bytewise_parameters
+        if not isinstance(flavour, str) and flavour.streams:
+            self._wishes = Wishes((*STREAMS, *flavour.streams))
 
     def _restarted(self) -> None:
         self._restarts = len(self._telemetry.restarts_us)
@@ -208,6 +247,20 @@ class MavlinkVehicle:
         self._round_us = self._now_us
         self._asked_once = 0
         self._said.append(Said(_WARNING, f"system {self.system} has restarted"))
+
+    def _reposition(self, setpoint: SetVelocity | SetPosition, t_us: int) -> None:
+        """What this vehicle takes for a setpoint, in the mode that is ours alone."""
+        if self._telemetry.mode is not Mode.OFFBOARD:
+            self._places.forget()
+            return
+        x, y, z = self.state.position.tolist()
+        order = self._places.order(setpoint, (x, y, z), t_us)
+        if order is not None:
+            self._link.send(self._commands.frame(order))
+
+    def _parameter(self, message: Any, t_us: int) -> None:
+        self._parameters.hear(message, t_us)
+        self.net.hear(message, t_us)
 
     def _ack(self, message: Any, t_us: int) -> None:
         system, component = self._source
@@ -220,22 +273,14 @@ class MavlinkVehicle:
             self._errands.said(severity, text, t_us)
             self._readiness.said(severity, text, t_us)
 
-    def _heartbeat(self) -> bytes:
-        return self._encoder.pack(
-            "HEARTBEAT",
-            type=mav.MAV_TYPE_GCS,
-            autopilot=mav.MAV_AUTOPILOT_INVALID,
-            system_status=mav.MAV_STATE_ACTIVE,
-            mavlink_version=3,
-        )
-
     def _wanted(self) -> list[Order]:
         """What to ask the autopilot for in this round."""
         orders = self._wishes.round()
         telemetry = self._telemetry
         if not (telemetry.frame_exact and telemetry.has_home):
             self._asked_once += 1
-            if self._asked_once & (self._asked_once - 1) == 0:
+            asked = self._asked_once
+            if asked & (asked - 1) == 0 or asked % _SELDOM == 0:
                 orders += [once("GPS_GLOBAL_ORIGIN"), once("HOME_POSITION")]
         return orders
 

@@ -46,7 +46,9 @@ class Readiness:
         if telemetry.armed:
             return ()
         reasons = []
-        if not telemetry.has_position:
+        if telemetry.estimate_ok is False:
+            reasons.append("its estimator (EKF) has no position yet" + self._restarted())
+        elif not telemetry.has_position:
             reasons.append("no position yet" + self._restarted())
         if telemetry.frame is None:
             reasons.append("origin of its local frame not known yet" + self._restarted())

@@ -7,7 +7,9 @@ import pytest
 
 from sim_vehicles.codec import mav
 from uavbridge.mavlink.commands import Order
-from uavbridge.mavlink.flavour import ARDUCOPTER, PX4, Flavour, SetParameter, flavour_of
+from uavbridge.mavlink.ardupilot import ARDUCOPTER, ARDUPLANE, ARDUROVER
+from uavbridge.mavlink.flavour import PX4, Flavour, flavour_of
+from uavbridge.mavlink.plan import SetParameter
 from uavbridge.vehicle.api import (
     Arm,
     Command,
@@ -92,7 +94,9 @@ def test_heartbeats_choose() -> None:
     quad = mav.MAV_TYPE_QUADROTOR
     assert flavour_of(mav.MAV_AUTOPILOT_PX4, quad) is PX4
     assert flavour_of(mav.MAV_AUTOPILOT_ARDUPILOTMEGA, quad) is ARDUCOPTER
-    rover = flavour_of(mav.MAV_AUTOPILOT_ARDUPILOTMEGA, mav.MAV_TYPE_GROUND_ROVER)
-    assert rover == "ArduPilot vehicle of type 10 (ground_rover) is not supported"
+    assert flavour_of(mav.MAV_AUTOPILOT_ARDUPILOTMEGA, mav.MAV_TYPE_GROUND_ROVER) is ARDUROVER
+    assert flavour_of(mav.MAV_AUTOPILOT_ARDUPILOTMEGA, mav.MAV_TYPE_FIXED_WING) is ARDUPLANE
+    boat = flavour_of(mav.MAV_AUTOPILOT_ARDUPILOTMEGA, mav.MAV_TYPE_SUBMARINE)
+    assert boat == "ArduPilot vehicle of type 12 (submarine) is not supported"
     other = flavour_of(mav.MAV_AUTOPILOT_GENERIC, quad)
     assert other == "autopilot 0 (generic) is not supported: PX4 and ArduPilot are"
