@@ -21,6 +21,8 @@ import pytest
 import uvicorn
 
 from planners.belief.merge import MERGE_RULES
+from planners.search.mountain.payload import Told
+from planners.search.mountain.payload import encode as payload
 from tests.integration.browser import CHROMIUM, Browser
 from tests.integration.missions import ROOT, write
 from uavbridge import run
@@ -28,6 +30,7 @@ from uavbridge.agent.report import AgentReport, encode
 from uavbridge.agent.report import decode as decode_report
 from uavbridge.bus import keys
 from uavbridge.bus.api import Sample
+from uavbridge.bus.layers import Layer, encode_layer
 from uavbridge.bus.local import LocalHub
 from uavbridge.bus.wire import DELTA, Frame
 from uavbridge.bus.wire import encode as encode_frame
@@ -205,15 +208,9 @@ def test_the_end_is_drawn_as_the_result_says(browser, recorded, player):
     hot = browser.evaluate("window.__drawn.cell(2, 3)")
     cold = browser.evaluate("window.__drawn.cell(0, 0)")
     assert hot != cold
-    side, at = drawn["scale"] * 50.0, drawn_vehicles(browser)[1]
-    east, north = 112.5 - at["x"], 162.5 - at["y"]  # a quarter of the target's cell: no mark there
-    pixel = browser.evaluate(
-        "(() => { const c = document.querySelector('#all-view canvas');"
-        f"return [...c.getContext('2d').getImageData({at['px']} + {drawn['scale'] * east},"
-        f"{at['py']} - {drawn['scale'] * north}, 1, 1).data].slice(0, 3) }})()"
-    )
-    assert side > 20
-    assert pixel == pytest.approx(hot, abs=40)
+    assert drawn["scale"] * 50.0 > 20
+    # a quarter of the target's cell: no mark there
+    assert pixel(browser, 1, 112.5, 162.5) == pytest.approx(hot, abs=40)
     points = browser.evaluate("window.__drawn.points")
     assert points[-1][1] == pytest.approx(result.coverage)
     assert points[-1][4] == result.found
@@ -441,6 +438,54 @@ def _report(agent, t_us, position=(100.0, 100.0, 40.0), **changes):
         "declared": [],
     }
     return AgentReport(agent=agent, t_us=t_us, position=position, **{**values, **changes})
+
+
+def test_terrain_layers_and_groups_are_drawn(browser):
+    bus = LocalHub().bus()
+    source = Live(bus, "hills")
+    mission = load(None, {"vehicles": 3, "terrain.steepest_deg": 25.0, "radio.range_m": 300.0})
+    text = to_toml(mission).replace('"esustpm"', '"mountain"')
+    bus.publish(keys.MISSION, encode_record(MissionRecord(text, 1, "paced")))
+    places = {1: (200.0, 300.0, 60.0), 2: (300.0, 400.0, 60.0), 3: (700.0, 700.0, 60.0)}
+    for agent, said in ((1, Told(task=5, leads=True)), (2, Told(task=5)), (3, Told())):
+        frame = Frame(DELTA, agent, 1, 1_000_000, places[agent], (0.0, 0.0, 0.0), payload(said, 1))
+        bus.publish(keys.air((0, 0), agent), encode_frame(frame))
+        bus.publish(keys.state(agent), encode(_report(agent, 1_000_000, places[agent])))
+    values = np.zeros((10, 10))
+    values[7, 2] = 4.0
+    bus.publish(keys.layer("path"), encode_layer(Layer(1_000_000, 0.0, 0.0, 100.0, values)))
+    with served(source) as address:
+        browser.open(address)
+        browser.until("window.__drawn.all && window.__drawn.all.grounds.includes('terrain')")
+        browser.until("window.__drawn.all.groups.length === 1")
+        (group,) = browser.evaluate("window.__drawn.all.groups")
+        assert (group["leader"], group["ids"]) == (1, [1, 2])
+        choice = "document.querySelector('#layer')"
+        browser.until(f"[...{choice}.options].some(o => o.value === 'layer:path')")
+        browser.evaluate(
+            f"{choice}.value = 'layer:path', {choice}.dispatchEvent(new Event('change'))"
+        )
+        browser.until("window.__drawn.all.grounds.includes('path')")
+        assert "path 0.00 … 4.00" in text_of(browser, "#legend")
+        browser.evaluate("document.querySelector('#terrain').click()")
+        browser.until("window.__drawn.all.grounds.join() === 'path'")
+        much, none = (pixel(browser, 1, east, north) for east, north in ((750, 230), (850, 230)))
+        assert much != none
+        browser.evaluate("document.querySelector('#groups').click()")
+        browser.until("window.__drawn.all.groups.length === 0")
+        values[7, 2] = 0.0
+        bus.publish(keys.layer("path"), encode_layer(Layer(2_000_000, 0.0, 0.0, 100.0, values)))
+        browser.until("document.querySelector('#legend').textContent.includes('path 0.00 … 0.00')")
+
+
+def pixel(browser, vehicle, east, north):
+    """The colour of a place on the canvas, found by where a vehicle is drawn."""
+    at, scale = drawn_vehicles(browser)[vehicle], browser.evaluate("window.__drawn.all.scale")
+    x, y = at["px"] + scale * (east - at["x"]), at["py"] - scale * (north - at["y"])
+    return browser.evaluate(
+        "(() => { const c = document.querySelector('#all-view canvas');"
+        f"return [...c.getContext('2d').getImageData({x}, {y}, 1, 1).data].slice(0, 3) }})()"
+    )
 
 
 def test_a_token_opens_the_page(browser):

@@ -72,6 +72,8 @@ SPACES: dict[str, Space] = {
     ),
     # How far each process of agents is, for the launcher that paces the simulation.
     "pace": Space("pace/<agent>", "the agent's process", "the launcher"),
+    # Maps of any numbers beside the belief, such as pheromones: of the mission, or of one agent.
+    "layer": Space("layer/<name>[/<agent>]", "agents, place agents", "people"),
     # Liveliness tokens: people learn from them who died, agents do not.
     "alive": Space("alive/<agent>", "the agent's session", "people"),
 }
@@ -148,6 +150,18 @@ def event(agent: int | str) -> str:
 def pace(agent: int | str) -> str:
     """How far the process of an agent is, the first of several."""
     return f"pace/{agent}"
+
+
+def layer(name: str, agent: int | None = None) -> str:
+    """A layer of numbers over the ground, for people."""
+    return f"layer/{name}" if agent is None else f"layer/{name}/{agent}"
+
+
+@lru_cache(maxsize=256)
+def layer_of(key: str) -> str | None:
+    """The name in a layer's key, with its agent if it has one; None for what is no such key."""
+    found = re.fullmatch(r"layer/([a-z0-9][a-z0-9_-]{0,39}(?:/\d{1,5})?)", key)
+    return found[1] if found else None
 
 
 def alive(agent: int | str) -> str:

@@ -47,6 +47,7 @@ class Kind(IntEnum):
     READINGS = 5
     TRUTH = 6
     SIGNALS = 7
+    LAYER = 8
 
 
 DELTA, KEYFRAME = Kind.DELTA, Kind.KEYFRAME

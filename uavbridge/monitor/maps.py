@@ -8,12 +8,14 @@ from planners.belief.merge import SensorModel
 from planners.belief.scores import entropy, uncertainty
 from planners.grid import Grid
 from planners.types import F64, Bools
+from uavbridge.bus.layers import Layer
 from uavbridge.bus.messages import FullMap
 from uavbridge.bus.wire import Frame
 from uavbridge.config import Mission
 from uavbridge.monitor.shown import AgentMap, UnionMap, readable
 
 UNKNOWN_PRIOR = 0.5
+MOST_LAYERS = 64
 
 
 class Maps:
@@ -23,12 +25,14 @@ class Maps:
         grid: the search area; None until somebody told.
         union: of all agents' maps; None without a grid.
         agents: each agent's own, by id.
+        layers: other numbers over the ground, the newest of each name.
     """
 
     def __init__(self) -> None:
         self.grid: Grid | None = None
         self.union: UnionMap | None = None
         self.agents: dict[int, AgentMap] = {}
+        self.layers: dict[str, Layer] = {}
         self._prior, self._sensor = UNKNOWN_PRIOR, SensorModel()
 
     def take_mission(self, mission: Mission) -> None:
@@ -62,6 +66,15 @@ class Maps:
         if self.grid is not None and self.union is not None and len(content[1]):
             self.union.take_records(*content)
             self._of(self.grid, frame.sender).take_frame(frame, *content)
+        return True
+
+    def take_layer(self, name: str, layer: Layer) -> bool:
+        """Numbers over the ground; False for one too many."""
+        if name not in self.layers and len(self.layers) >= MOST_LAYERS:
+            return False
+        before = self.layers.get(name)
+        if before is None or before.t_us <= layer.t_us:
+            self.layers[name] = layer
         return True
 
     def merged(self) -> tuple[F64, Bools] | None:

@@ -16,12 +16,14 @@ from uavbridge.agent.phases import ENDED
 from uavbridge.agent.report import AgentReport
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus, Sample
+from uavbridge.bus.layers import decode_layer
 from uavbridge.bus.messages import decode_map, decode_truth
 from uavbridge.bus.wire import Vector, decode, decode_beacon
 from uavbridge.clock import SECOND_US, to_s
 from uavbridge.config import Mission
 from uavbridge.monitor import told
 from uavbridge.monitor.events import EventLog
+from uavbridge.monitor.groups import Membership, membership
 from uavbridge.monitor.maps import Maps
 from uavbridge.monitor.watched import (
     RECENT_S,
@@ -112,6 +114,8 @@ class MissionWatch:
             self._mission(sample.data)
         elif sample.key == keys.PAST:
             self._recall(sample.data)
+        elif space == "layer":
+            self._layer(keys.layer_of(sample.key), sample.data)
         elif space == "alive":
             self._token(sample)
         elif space == "cmd":
@@ -166,6 +170,18 @@ class MissionWatch:
         hears = self._hearing()
         pairs = {(min(a, b), max(a, b)) for a, others in hears.items() for b in others}
         return sorted(pairs)
+
+    def memberships(self) -> dict[int, Membership]:
+        """By agent, what it belongs to by its own word; those that are in no group are left out."""
+        if self.facts is None:
+            return {}
+        found = {}
+        for agent in self.agents.values():
+            payload = b"" if agent.frame is None else agent.frame.payload
+            member = membership(self.facts.planner, agent.id, payload)
+            if member is not None:
+                found[agent.id] = member
+        return found
 
     def hears(self, agent: int) -> list[int]:
         """Those whose frames reach an agent, ascending."""
@@ -280,6 +296,13 @@ class MissionWatch:
         self._agent(number, full.t_us)
         if not self.maps.take_full(full):
             self.rejects["grid"] += 1
+
+    def _layer(self, name: str | None, data: bytes) -> None:
+        layer = decode_layer(data, self.rejects)
+        if layer is None or not self._passed(layer.t_us):
+            return
+        if name is None or not self.maps.take_layer(name, layer):
+            self.rejects["layer"] += 1
 
     def _mission(self, data: bytes) -> None:
         found = told.mission_of(data, self.rejects, self.record)

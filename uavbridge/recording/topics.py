@@ -125,6 +125,7 @@ class Topic:
 FRAME_ENCODING = "uavbridge-frame-v2"
 HEARD_ENCODING = "uavbridge-heard-v1"
 TRUTH_ENCODING = "uavbridge-truth-v1"
+LAYER_ENCODING = "uavbridge-layer-v1"
 MAP_ENCODING = "uavbridge-map-v1"
 
 
@@ -155,6 +156,7 @@ TOPICS: dict[str, Topic] = {
         Topic("cmd", "json", schema_text='{"type":"object"}'),
         Topic("past", "json", schema_text='{"type":"object"}'),
         Topic("fullmap", MAP_ENCODING, schema_text="docs/reference/wire_format.md"),
+        Topic("layer", LAYER_ENCODING, schema_text="docs/reference/wire_format.md"),
         # The summary holds the digest and the wall time, so it is no part of the digest.
         Topic("summary", "json", schema_text='{"type":"object"}', digested=False),
         _seen("pose", foxglove.PoseInFrame),

@@ -73,6 +73,8 @@ def key_of(message: Message) -> str | None:
         return keys.state(name)
     if space == "cmd":
         return keys.cmd(name)
+    if space == "layer":
+        return message.topic
     if space == "fullmap":
         return keys.state_map(name)
     if space in _WORLD:

@@ -153,6 +153,8 @@ def _more(sample: Sample) -> Iterator[tuple[str, bytes]]:
         yield f"fullmap/{keys.agent_of(sample.key)}", sample.data
     elif space == "cmd":
         yield f"cmd/{rest}", sample.data
+    elif space == "layer":
+        yield sample.key, sample.data
     elif sample.key == keys.PAST:
         yield "past", sample.data
     elif space == "obs" and (readings := decode_readings(sample.data)) is not None:

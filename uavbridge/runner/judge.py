@@ -27,6 +27,7 @@ from uavbridge.agent.report import AgentReport, decode
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
 from uavbridge.bus.channel import FUTURE_S
+from uavbridge.bus.layers import decode_layer
 from uavbridge.bus.messages import decode_truth
 from uavbridge.bus.wire import Frame
 from uavbridge.bus.wire import decode as decode_frame
@@ -116,6 +117,7 @@ class Judge:
         self._states = bus.subscribe(keys.state("*"))
         self._truth = bus.subscribe(keys.TRUTH)
         self._orders = bus.subscribe(keys.cmd())
+        self._layers = bus.subscribe("layer/**")
         self._simulated = False
         self._silence_s = assemble.patience(mission, SILENCE_S)
         self._late_s = assemble.patience(mission, mission.bus.wait_s)  # of other processes
@@ -160,12 +162,20 @@ class Judge:
                     self.separation.add(truth.t_us, truth.position)
                 if self._recorder:
                     self._recorder.write("truth", truth.t_us, sample.data)
+        for sample in self._layers.drain():
+            self._keep_layer(*sample, t_us)
         for sample in self._states.drain():
             self._report(*sample, t_us)
         for sample in self._orders.drain():
             self._overhear(sample.data)
         if t_us % SECOND_US == 0:
             self._second(t_us)
+
+    def _keep_layer(self, key: str, data: bytes, t_us: int) -> None:
+        """Layers are for people: those who watch now, and those who open the recording."""
+        readable = keys.layer_of(key) and decode_layer(data, self.rejects)
+        if readable and self._recorder:
+            self._recorder.write(key, t_us, data)
 
     def _overhear(self, data: bytes) -> None:
         """A person may end the mission with an order to all."""

@@ -12,6 +12,8 @@ ALL = {
     keys.cmd(): None,
     keys.state(5): 5,
     keys.state_map(5): 5,
+    keys.layer("path"): None,
+    keys.layer("path", 8): 8,
     keys.TRUTH: None,
     keys.alive(6): 6,
 }

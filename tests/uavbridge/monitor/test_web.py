@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import json
 
 import numpy as np
@@ -10,8 +11,11 @@ import pytest
 
 from planners.belief.merge import MERGE_RULES
 from planners.grid import Grid
+from planners.search.mountain.payload import Told
+from planners.search.mountain.payload import encode as payload
 from uavbridge.agent.report import AgentReport, encode
 from uavbridge.bus import keys
+from uavbridge.bus.layers import Layer, encode_layer
 from uavbridge.bus.local import LocalHub
 from uavbridge.bus.messages import FullMap, encode_map
 from uavbridge.bus.wire import DELTA, Frame
@@ -28,6 +32,8 @@ from uavbridge.recording.topics import MissionRecord
 from uavbridge.recording.topics import encode as encode_record
 
 TOKEN = "a-token-of-some-length"
+SECOND = 1_000_000
+AT, STILL = (1.0, 2.0, 3.0), (0.0, 0.0, 0.0)
 GRID = Grid(0.0, 0.0, 10.0, 4, 3)
 
 
@@ -310,3 +316,51 @@ def test_a_recording_stops_at_its_end_and_begins_anew(recording):
     assert player.playing
     player.step()
     assert player.watch.t_us < 1_000_000
+
+
+def test_a_page_is_told_the_terrain_and_the_layer_it_asks_for():
+    bus = LocalHub().bus()
+    source = Live(bus, "demo")
+    ground = {"terrain.steepest_deg": 20.0}
+    mission = load(None, {"vehicles": 1, **ground})
+    bus.publish(keys.MISSION, encode_record(MissionRecord(to_toml(mission), 1, "paced")))
+    values = np.arange(12.0).reshape(4, 3)
+    bus.publish(keys.layer("path", 2), encode_layer(Layer(SECOND, 0.0, 0.0, 10.0, values)))
+    for name in ("layer/Path", "layer/a/b", "layer/" + "x" * 50):
+        bus.publish(name, encode_layer(Layer(SECOND, 0.0, 0.0, 10.0, values)))
+    bus.publish(keys.layer("path", 2), encode_layer(Layer(0, 0.0, 0.0, 10.0, -values)))  # late
+    source.step()
+    feed = Feed(source)
+    texts, _ = told(feed)
+    terrain = next(text for text in texts if text["kind"] == "ground")
+    assert terrain["name"] == "terrain"
+    heights = mission.terrain().heights
+    assert (terrain["low"], terrain["high"]) == (heights.min(), heights.max())
+    columns, rows = terrain["grid"][3:]
+    assert len(base64.b64decode(terrain["shade"])) == columns * rows
+    assert texts[-1]["layers"] == ["path/2"]
+    feed.show("path/2")
+    (_, layer), _ = told(feed)
+    shown = np.frombuffer(base64.b64decode(layer["values"]), np.uint8).reshape(4, 3)
+    np.testing.assert_allclose(shown / 255 * 11, values, atol=0.03)
+    assert layer["grid"] == [0.0, 0.0, 10.0, 4, 3]
+    assert len(told(feed)[0]) == 1  # once, until it changes
+    feed.show("unknown")
+    assert len(told(feed)[0]) == 1
+
+
+def test_a_page_is_told_who_leads_whom():
+    bus = LocalHub().bus()
+    source = Live(bus, "demo")
+    mission = to_toml(load(None, {"vehicles": 3})).replace('"esustpm"', '"mountain"')
+    bus.publish(keys.MISSION, encode_record(MissionRecord(mission, 1, "paced")))
+    for agent, said in ((1, Told(task=5, leads=True)), (2, Told(task=5)), (3, Told())):
+        data = encode_frame(
+            Frame(
+                DELTA, agent, 1, SECOND, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0), payload(said, 1), 1, b""
+            )
+        )
+        bus.publish(keys.air((0, 0), agent), data)
+    source.step()
+    texts, _ = told(Feed(source))
+    assert texts[-1]["groups"] == [[1, 5, True], [2, 5, False]]

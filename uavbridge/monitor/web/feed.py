@@ -6,6 +6,7 @@ page misses pictures, not facts.
 
 from __future__ import annotations
 
+import logging
 from importlib.metadata import version
 from itertools import islice
 from math import isfinite
@@ -16,7 +17,9 @@ import numpy.typing as npt
 
 from planners.types import F64, I64
 from uavbridge.clock import SECOND_US, to_s
+from uavbridge.monitor.maps import Maps
 from uavbridge.monitor.watch import MissionWatch, Point, Watched
+from uavbridge.monitor.web.grounds import ground_of, layer_picture
 from uavbridge.monitor.web.messages import Event, Mission, Row, Update
 from uavbridge.monitor.web.source import Source
 
@@ -24,6 +27,7 @@ UNION = 0  # stands for all agents where maps are told
 TRACK_POINTS = 900  # of one vehicle that a new page is told
 FIRST_EVENTS = 500
 LONGEST_TEXT = 300
+_log = logging.getLogger(__name__)
 _ENCODE = msgspec.json.Encoder().encode
 Words = npt.NDArray[np.uint32]
 
@@ -37,6 +41,8 @@ class Feed:
 
     def __init__(self, source: Source) -> None:
         self.seen_by = UNION
+        self.layer = ""
+        self._layer_us: int | None = None  # of the layer as the page has it
         self._source = source
         self._told: Mission | None = None
         self._watch: MissionWatch | None = None
@@ -58,6 +64,7 @@ class Feed:
                 facts, t_s=to_s(max(watch.t_us, 0)), tracks=_tracks(watch), points=points
             )
             messages.append(_ENCODE(whole).decode())
+            messages += self._terrain(watch)
         messages.append(_ENCODE(self._update(watch)).decode())
         maps = watch.maps
         if maps.union is not None:
@@ -65,6 +72,7 @@ class Feed:
         own = maps.agents.get(self.seen_by)
         if own is not None:
             messages += self._cells(self.seen_by, own.probability, own.stamp_us)
+        messages += self._shown_layer(maps)
         return messages
 
     def look(self, agent: int) -> None:
@@ -74,7 +82,32 @@ class Feed:
         self.seen_by = agent
         self._hears = None
 
+    def show(self, layer: str) -> None:
+        """Tell from now on of a layer; empty: of none."""
+        self.layer, self._layer_us = layer, None
+
+    def _terrain(self, watch: MissionWatch) -> list[str]:
+        if watch.facts is None:
+            return []
+        try:
+            terrain = watch.facts.terrain()
+        except ValueError as fault:  # its file is on the machine that flies
+            _log.info("no terrain: %s", fault)
+            return []
+        return [] if terrain is None else [_ENCODE(ground_of(terrain)).decode()]
+
+    def _shown_layer(self, maps: Maps) -> list[str]:
+        """The layer that was asked for, when it is another than the page has."""
+        layer = maps.layers.get(self.layer)
+        if layer is None or layer.t_us == self._layer_us:
+            return []
+        self._layer_us = layer.t_us
+        return [_ENCODE(layer_picture(self.layer, layer)).decode()]
+
     def _forget(self) -> None:
+        self._layer_us = None
+        self._layers: list[str] = []
+        self._groups: list[tuple[int, int, bool]] = []
         self._hears = None
         self._rows: dict[int, Row] = {}
         self._links: list[tuple[int, int]] = []
@@ -120,6 +153,10 @@ class Feed:
         links, rows = watch.links(), self._new_rows(watch)
         changed = links != self._links
         self._links = links
+        groups = [(a, m.group, m.leads) for a, m in sorted(watch.memberships().items())]
+        regrouped, self._groups = groups != self._groups, groups
+        layers = sorted(watch.maps.layers)
+        more, self._layers = layers != self._layers, layers
         declared = None
         if len(watch.declared) != self._declared:
             self._declared = len(watch.declared)
@@ -135,6 +172,8 @@ class Feed:
             tracks=self._new_tracks(watch) or None,
             points=[_numbers(point) for point in points] or None,
             events=self._new_events(watch) or None,
+            groups=groups if regrouped else None,
+            layers=layers if more else None,
             declared=declared,
             seen_by=self.seen_by,
             hears=self._new_hears(watch),

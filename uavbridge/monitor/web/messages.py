@@ -38,6 +38,18 @@ class Mission(Struct, frozen=True, tag="mission", tag_field="kind"):
     version: str = ""
 
 
+class Ground(Struct, frozen=True, tag="ground", tag_field="kind"):
+    """Numbers over the ground: the terrain, or the layer that the page asked for."""
+
+    name: str
+    t_s: float
+    grid: tuple[float, float, float, int, int]  # west, south, cell, columns, rows
+    low: float  # the least and the greatest number; 0 and 255 in ``values``
+    high: float
+    values: str  # base64, a byte a cell, cell (c, r) at c * rows + r
+    shade: str = ""  # of terrain: the same, how bright it is
+
+
 class Row(Struct, frozen=True):
     """What an agent says of itself."""
 
@@ -79,6 +91,8 @@ class Update(Struct, frozen=True, tag="update", tag_field="kind", omit_defaults=
     tracks: dict[int, list[float]] | None = None  # what was flown since: x, y, x, y, ...
     points: list[list[float | None]] | None = None  # new ones, see ``POINT``
     events: list[Event] | None = None  # new ones
+    groups: list[tuple[int, int, bool]] | None = None  # agent, its group, whether it leads
+    layers: list[str] | None = None  # names of those that can be asked for
     declared: list[tuple[int, int, float, int]] | None = None  # column, row, when, by whom
     seen_by: int = 0  # the agent whose view is told; 0: none
     hears: list[int] | None = None  # whom that agent hears
@@ -109,6 +123,7 @@ class Ask(Struct, frozen=True):
     agent: int | None = None  # None: all
     to: tuple[float, float] | None = None  # of a goto
     seen_by: int | None = None
+    layer: str | None = None  # to be told of from now on; empty: none
     play: bool | None = None
     speed: float | None = None
     seek_s: float | None = None

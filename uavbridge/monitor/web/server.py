@@ -196,6 +196,8 @@ class _Session:
         player = self._source.player
         if ask.seen_by is not None:
             self._feed.look(ask.seen_by)
+        if ask.layer is not None:
+            self._feed.show(ask.layer)
         if ask.order is not None:
             task = asyncio.create_task(self._order(ask, ask.order))
             self._orders.add(task)

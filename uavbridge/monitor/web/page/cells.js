@@ -12,7 +12,7 @@ export class Cells {
   // Brings the picture up to date; returns whether there is one.
   paint(map, mission, layer, t) {
     if (!map || !mission.grid) return false;
-    if (layer === "none") {
+    if (layer === "none" || layer.startsWith("layer:")) {
       map.fresh.length = 0;
       this.key = "";
       return false;

@@ -6,6 +6,7 @@ import { Orders, offer } from "./orders.js";
 import { Agents, Log, legend } from "./panels.js";
 import { Plots } from "./plots.js";
 import { State, clockText } from "./state.js";
+import { TERRAIN } from "./grounds.js";
 import { Timeline } from "./timeline.js";
 
 const $ = (selector) => document.querySelector(selector);
@@ -17,13 +18,15 @@ let chosen = 0;
 let news = true;
 
 const options = {
-  layer: "belief", trails: Infinity, links: true, ranges: false, targets: true, chosen: 0,
+  layer: "belief", trails: Infinity, links: true, ranges: false, targets: true, terrain: true, groups: true, chosen: 0,
   onClick: (id, x, y) => orders.placed(x, y) || choose(id === chosen ? 0 : id),
 };
 const link = new Link(
   (message) => {
     const kind = state.take(message, performance.now());
     if (kind === "mission" && chosen) link.ask({ seen_by: chosen });
+    if (kind === "mission") link.ask({ layer: named(options.layer) });
+    if (kind === "ground") drawLegend();
     if (kind === "answer") orders.answered(message);
     news = true;
   },
@@ -49,6 +52,24 @@ const log = new Log($("#log"), state);
 const drawLegend = legend($("#legend"), state, () => options.layer);
 let legendOf = -1;
 
+// Of the layers that the server tells: "pheromone/3", say; empty for our own.
+function named(layer) {
+  return layer.startsWith("layer:") ? layer.slice(6) : "";
+}
+
+// Offers what there is to be seen: named layers, terrain, groups.
+function offerLayers() {
+  const more = $("#more-layers");
+  const known = [...more.children].map((option) => option.value.slice(6));
+  if (known.join() !== state.layers.join()) {
+    more.replaceChildren(...state.layers.map((name) => new Option(name, `layer:${name}`)));
+    more.hidden = !state.layers.length;
+    if (named(options.layer)) $("#layer").value = options.layer;
+  }
+  $("#terrain-option").hidden = !state.grounds.has(TERRAIN);
+  $("#groups-option").hidden = !state.groups.size;
+}
+
 function choose(id) {
   chosen = options.chosen = id;
   $("#agent-view").hidden = !id;
@@ -66,6 +87,7 @@ function choose(id) {
 $("#seen-by").addEventListener("change", (event) => choose(Number(event.target.value)));
 $("#layer").addEventListener("change", (event) => {
   options.layer = event.target.value;
+  link.ask({ layer: named(options.layer) });
   drawLegend();
   news = true;
 });
@@ -74,7 +96,7 @@ $("#trails").addEventListener("change", (event) => {
   views.all.moved();
   views.agent.moved();
 });
-for (const name of ["links", "ranges", "targets"]) {
+for (const name of ["links", "ranges", "targets", "terrain", "groups"]) {
   $(`#${name}`).addEventListener("change", (event) => {
     options[name] = event.target.checked;
     news = true;
@@ -130,6 +152,7 @@ function panels() {
     legendOf = state.version;
     drawLegend();
   }
+  offerLayers();
   offer($("#seen-by"), [...state.rows.keys()].sort((a, b) => a - b));
   if (chosen) $("#seen-by").value = String(chosen);
   orders.draw();

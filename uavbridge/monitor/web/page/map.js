@@ -5,6 +5,7 @@
 
 import { Cells } from "./cells.js";
 import { agentColour, theme, whenThemeChanges } from "./colours.js";
+import { TERRAIN } from "./grounds.js";
 import { placed } from "./state.js";
 
 const MARGIN = 0.07;
@@ -186,19 +187,21 @@ export class MapView {
     if (!known) return;
     const owner = this.agent ? this.agent() : 0;
     const painted = this.cells.paint(state.maps.get(owner), state.mission, this.options.layer, state.t);
-    if (state.mission.grid) this.area(painted);
+    const grounds = this.grounds(painted);
+    if (state.mission.grid) this.area(painted, grounds);
     const vehicles = this.shown().map((one) => ({ ...one, ...placed(one, now) }));
     const byId = new Map(vehicles.map((one) => [one.id, one]));
     const links = this.options.links ? this.shownLinks().filter(([a, b]) => byId.has(a) && byId.has(b)) : [];
     this.targets();
     this.trails(vehicles);
     this.wires(links, byId);
+    const groups = this.options.groups ? this.groups(byId) : [];
     if (this.options.ranges || this.options.chosen) this.ranges(vehicles);
     for (const one of vehicles) this.vehicle(one);
     this.scaleBar();
     this.tell(owner);
     this.dirty = vehicles.some((one) => !one.still);
-    this.drawn = this.account(vehicles, links, painted);
+    this.drawn = { ...this.account(vehicles, links, painted), grounds, groups };
   }
 
   account(vehicles, links, painted) {
@@ -216,7 +219,63 @@ export class MapView {
     };
   }
 
-  area(painted) {
+  // What lies under the cells: terrain, and the layer chosen. Returns the names of those drawn.
+  grounds() {
+    const { context, state, options } = this;
+    const layer = options.layer.startsWith("layer:") ? options.layer.slice(6) : "";
+    const wanted = [[options.terrain ? TERRAIN : "", 1], [layer, options.terrain && state.grounds.has(TERRAIN) ? 0.7 : 1]];
+    const found = wanted.filter(([name]) => name && state.grounds.has(name));
+    for (const [name, alpha] of found) {
+      state.grounds.get(name).draw(context, (x, y) => this.pixels(x, y), this.view.scale, alpha);
+    }
+    return found.map(([name]) => name);
+  }
+
+  // Members joined to who leads them; among several leaders, or none, to the first of the group.
+  groups(byId) {
+    const teams = new Map();
+    for (const [id, { group, leads }] of this.state.groups) {
+      if (!byId.has(id)) continue;
+      if (!teams.has(group)) teams.set(group, { group, ids: [], leader: null });
+      const team = teams.get(group);
+      team.ids.push(id);
+      if (leads && team.leader === null) team.leader = id;
+    }
+    const { context } = this;
+    for (const team of teams.values()) {
+      const centre = byId.get(team.leader ?? team.ids[0]);
+      context.strokeStyle = agentColour(centre.id);
+      context.lineWidth = 3;
+      context.globalAlpha = 0.55;
+      context.setLineDash([2, 4]);
+      context.beginPath();
+      for (const id of team.ids) {
+        context.moveTo(...this.pixels(centre.x, centre.y));
+        context.lineTo(...this.pixels(byId.get(id).x, byId.get(id).y));
+      }
+      context.stroke();
+      context.setLineDash([]);
+      context.globalAlpha = 1;
+      if (team.leader !== null) this.crown(centre);
+    }
+    return [...teams.values()];
+  }
+
+  crown({ x, y }) {
+    const [px, py] = this.pixels(x, y);
+    this.outlined(() => {
+      this.context.moveTo(px - 7, py - 10);
+      this.context.lineTo(px - 7, py - 17);
+      this.context.lineTo(px - 3, py - 13);
+      this.context.lineTo(px, py - 18);
+      this.context.lineTo(px + 3, py - 13);
+      this.context.lineTo(px + 7, py - 17);
+      this.context.lineTo(px + 7, py - 10);
+      this.context.closePath();
+    }, theme.hot, 1.5);
+  }
+
+  area(painted, grounds) {
     const { context } = this;
     const [west, south, cell, columns, rows] = this.state.mission.grid;
     const [left, bottom] = this.pixels(west, south);
@@ -224,8 +283,10 @@ export class MapView {
     const [w, h] = [side * columns, side * rows];
     if (painted) {
       context.imageSmoothingEnabled = false;
+      context.globalAlpha = grounds.length ? 0.6 : 1;
       context.drawImage(this.cells.canvas, left, bottom - h, w, h);
-    } else {
+      context.globalAlpha = 1;
+    } else if (!grounds.length) {
       context.fillStyle = theme.unseen;
       context.fillRect(left, bottom - h, w, h);
     }
@@ -476,6 +537,10 @@ export class MapView {
         parts.push(`cell ${column}, ${row}`, `P ${((word & 255) / 255).toFixed(2)}`);
         parts.push(seen ? `seen ${Math.max(Math.floor(this.state.t) - (seen - 1), 0)} s ago` : "never seen");
       }
+    }
+    for (const [name, ground] of this.state.grounds) {
+      const value = name === TERRAIN || this.drawn?.grounds.includes(name) ? ground.at(x, y) : null;
+      if (value !== null) parts.push(`${name} ${name === TERRAIN ? `${value.toFixed(0)} m` : value.toPrecision(3)}`);
     }
     this.readout.textContent = parts.join("   ");
   }

@@ -1,6 +1,7 @@
 // The agents' table, the log of events, the legend. Everything goes in as text.
 
 import { agentColour, beliefColours, theme, whenThemeChanges } from "./colours.js";
+import { layerColours } from "./grounds.js";
 import { clockText } from "./state.js";
 
 const LOG_LINES = 400;
@@ -103,6 +104,11 @@ export function legend(bar, state, layer) {
     if (state.mission && state.mission.targets) parts.push(["true target", 18, ring]);
     parts.push(["declared", 18, (c, w, h) => diamond(c, w, h, theme.good)]);
     if (state.mission && state.mission.targets) parts.push(["declared, none there", 18, (c, w, h) => diamond(c, w, h, theme.bad)]);
+    const shown = layer().startsWith("layer:") ? state.grounds.get(layer().slice(6)) : null;
+    if (shown) {
+      const { low, high, name } = shown.told;
+      parts.push([`${name} ${low.toPrecision(3)} … ${high.toPrecision(3)}`, 120, scaleOf]);
+    }
     const range = state.mission && state.mission.range_known ? state.mission.range_m : undefined;
     bar.replaceChildren(...parts.map(([text, width, paint]) => entry(text, width, paint, state)));
     const note = document.createElement("span");
@@ -131,6 +137,15 @@ function ramp(context, w, h, state) {
   const table = beliefColours(state.mission.prior);
   for (let x = 0; x < w; x += 1) {
     const value = table[256 + Math.round((255 * x) / (w - 1))];
+    context.fillStyle = `rgb(${value & 255} ${(value >> 8) & 255} ${(value >> 16) & 255})`;
+    context.fillRect(x, 1, 1, h - 2);
+  }
+}
+
+function scaleOf(context, w, h) {
+  const table = layerColours();
+  for (let x = 0; x < w; x += 1) {
+    const value = table[Math.round((255 * x) / (w - 1))];
     context.fillStyle = `rgb(${value & 255} ${(value >> 8) & 255} ${(value >> 16) & 255})`;
     context.fillRect(x, 1, 1, h - 2);
   }

@@ -1,5 +1,7 @@
 // What the page knows of the mission: made from the server's messages alone.
 
+import { Ground } from "./grounds.js";
+
 const TRAIL_NUMBERS = 4000; // numbers kept of one vehicle, then every other one goes
 const TRAIL_STEP_M = 0.5;
 
@@ -23,6 +25,9 @@ export class State {
     this.events = [];
     this.declared = [];
     this.maps = new Map(); // owner, 0: the union -> cells
+    this.grounds = new Map(); // name -> picture of numbers over the ground
+    this.layers = []; // names of those that may be asked for
+    this.groups = new Map(); // id -> { group, leads }
     this.seenBy = 0;
     this.hears = [];
     this.player = null;
@@ -35,10 +40,14 @@ export class State {
     }
   }
 
-  // Returns what the message was: "mission", "update" or "answer".
+  // Returns what the message was: "mission", "ground", "update" or "answer".
   take(message, now) {
     if (message.kind === "mission") {
       this.forget(message);
+    } else if (message.kind === "ground" && this.mission) {
+      const known = this.grounds.get(message.name);
+      if (known) known.take(message);
+      else this.grounds.set(message.name, new Ground(message));
     } else if (message.kind === "update" && this.mission) {
       this.update(message, now);
     }
@@ -67,6 +76,8 @@ export class State {
       this.events.push(...news.events);
       this.changed.events.push(...news.events);
     }
+    if (news.groups) this.groups = new Map(news.groups.map(([id, group, leads]) => [id, { group, leads }]));
+    this.layers = news.layers ?? this.layers;
     if (news.declared) this.declared = news.declared;
     this.seenBy = news.seen_by ?? 0;
     if (news.hears) this.hears = news.hears;

@@ -1,0 +1,44 @@
+"""Who belongs together and who leads, as planners tell it in the payload of their frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from planners.flocking.starling import message as starling
+from planners.search.mountain import payload as mountain
+
+MOST_MEMBERS = 255
+
+
+@dataclass(frozen=True, slots=True)
+class Membership:
+    """One agent's word: its group, and whether it leads it."""
+
+    group: int
+    leads: bool
+
+
+def _suballiance(agent: int, payload: bytes) -> Membership | None:
+    """Of the search in mountains: a group a target (Zhou 2023)."""
+    told = mountain.decode(payload, MOST_MEMBERS)
+    return None if told.task < 0 else Membership(told.task, told.leads)
+
+
+def _flock(agent: int, payload: bytes) -> Membership | None:
+    """Of starlings: those on the same way, led by who planned it (Chen 2023)."""
+    told = starling.decode(payload)
+    return None if told.planner < 0 else Membership(told.planner, told.planner == agent)
+
+
+GROUPS: Mapping[str, Callable[[int, bytes], Membership | None]] = MappingProxyType(
+    {"mountain": _suballiance, "starling": _flock}
+)
+"""By the planner's name: from agent and payload to what it belongs to, if anything."""
+
+
+def membership(planner: str, agent: int, payload: bytes) -> Membership | None:
+    """What an agent belongs to by its newest frame; None for planners without groups."""
+    read = GROUPS.get(planner)
+    return read(agent, payload) if read is not None and payload else None
