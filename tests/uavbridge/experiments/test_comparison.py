@@ -11,8 +11,8 @@ from planners.types import FlySegment, Neighbours
 from uavbridge import config
 from uavbridge.cli import main
 from uavbridge.experiments import runner, spread
-from uavbridge.experiments.comparison import compare, gap
-from uavbridge.experiments.comparison.points import Search, _ahead
+from uavbridge.experiments.comparison import compare, gap, points
+from uavbridge.experiments.comparison.bodies import _ahead
 from uavbridge.experiments.comparison.trial import Ages, components
 from uavbridge.experiments.intervals import half_width, t_quantile
 from uavbridge.radio.radio import Radio
@@ -45,15 +45,20 @@ def params(mission, planners="mower,esustpm", **changes):
     return compare.CompareParams(planners=planners, mission=mission, **changes)
 
 
+def trial_of(asked, planner, seed, fidelity):
+    (trial,) = compare.trials(asked, planner, [seed], fidelity)
+    return trial
+
+
 def test_the_same_seed_the_same_trial(mission):
-    one, other = (compare.trial(params(mission), "esustpm", 5, "ideal") for _ in range(2))
+    one, other = (trial_of(params(mission), "esustpm", 5, "ideal") for _ in range(2))
     assert one.curves == other.curves
-    assert compare.trial(params(mission), "esustpm", 6, "ideal").curves != one.curves
+    assert trial_of(params(mission), "esustpm", 6, "ideal").curves != one.curves
 
 
 @pytest.mark.parametrize("fidelity", ["ideal", "dynamics"])
 def test_a_trial_ends_with_the_goal_or_the_time(mission, fidelity):
-    trial = compare.trial(params(mission), "mower", 2, fidelity)
+    trial = trial_of(params(mission), "mower", 2, fidelity)
     assert trial.t_s[0] == 0.0
     assert trial.t_s == sorted(trial.t_s)
     if np.isnan(trial.goal_s):
@@ -67,16 +72,25 @@ def test_a_trial_ends_with_the_goal_or_the_time(mission, fidelity):
 
 def test_vehicles_take_longer_than_points(mission):
     ideal, flown = (
-        compare.trial(params(mission), "mower", 3, fidelity) for fidelity in ("ideal", "dynamics")
+        trial_of(params(mission), "mower", 3, fidelity) for fidelity in ("ideal", "dynamics")
     )
     assert ideal.covered_s < flown.covered_s < ideal.covered_s + 20.0
+
+
+@pytest.mark.parametrize("fidelity", ["ideal", "dynamics"])
+def test_missions_side_by_side_are_missions_alone(mission, fidelity):
+    asked = params(mission)
+    together = compare.trials(asked, "esustpm", [3, 4, 5], fidelity)
+    alone = [trial_of(asked, "esustpm", seed, fidelity) for seed in (3, 4, 5)]
+    assert [one.curves for one in together] == [one.curves for one in alone]
+    assert [one.declared for one in together] == [one.declared for one in alone]
 
 
 def test_out_of_range_nobody_hears(mission):
     loaded = config.load(mission, {"radio.range_m": 10.0, "planner": "mower", "duration": 6.0})
     loaded = msgspec.structs.replace(loaded, seed=1)
-    search = Search(loaded, assemble.planner_of(loaded), flown=False)
-    trial = search.run()
+    search = points.Search(loaded, assemble.planner_of(loaded))
+    (trial,) = points.run([search], flown=False)
     assert trial.curves["components"][-1] == 2
     assert trial.curves["age_s"][-1] == 6.0
     assert all(len(agent.hearing.neighbours(6_000_000)) == 0 for agent in search.agents)
@@ -84,8 +98,8 @@ def test_out_of_range_nobody_hears(mission):
 
 def test_a_frame_is_heard_a_tick_later(mission):
     loaded = config.load(mission, {"planner": "mower", "duration": 3.0})
-    search = Search(loaded, assemble.planner_of(loaded), flown=False)
-    search.run()
+    search = points.Search(loaded, assemble.planner_of(loaded))
+    points.run([search], flown=False)
     heard = search.agents[0].hearing.neighbours(3_000_000)
     assert heard.ids.tolist() == [2]
     assert heard.age_s.tolist() == [1.0]
@@ -148,8 +162,8 @@ def test_the_gap_to_point_masses(mission):
 
 
 def test_the_same_mission_through_the_whole_system(mission):
-    flown = compare.trial(params(mission), "mower", 3, "mavlink")
-    ideal = compare.trial(params(mission), "mower", 3, "ideal")
+    flown = trial_of(params(mission), "mower", 3, "mavlink")
+    ideal = trial_of(params(mission), "mower", 3, "ideal")
     assert flown.t_s[0] == 0.0
     assert flown.curves["coverage"][-1] == 1.0
     assert abs(flown.covered_s - ideal.covered_s) < 15.0

@@ -13,7 +13,7 @@ from planners.planner import param
 from planners.types import F64, I64
 from uavbridge import config, plugins
 from uavbridge.config import Mission
-from uavbridge.experiments.comparison.trial import SAMPLES, Trial
+from uavbridge.experiments.comparison.trial import SAMPLES, Trial, Until
 from uavbridge.experiments.experiment import (
     FIDELITIES,
     Axis,
@@ -67,27 +67,31 @@ def cases(params: CompareParams) -> list[Case]:
     return [{"planner": name} for name in params.chosen]
 
 
-def trial(params: CompareParams, planner: str, seed: int, fidelity: str) -> Trial:
-    """One run of one planner."""
-    mission = mission_of(params, planner, seed)
-    bound = assemble.planner_of(mission)
+def trials(params: CompareParams, planner: str, seeds: I64, fidelity: str) -> list[Trial]:
+    """Runs of one planner, one a seed."""
+    return search([mission_of(params, planner, int(seed)) for seed in seeds], fidelity)
+
+
+def search(missions: Sequence[Mission], fidelity: str, until: Until = "goal") -> list[Trial]:
+    """Missions that differ in seeds and starts alone, in one of ``FIDELITIES``."""
+    bound = [(mission, assemble.planner_of(mission)) for mission in missions]
     if fidelity == "mavlink":
         from uavbridge.experiments.comparison.flights import fly
 
-        return fly(mission, bound)
-    from uavbridge.experiments.comparison.points import Search
+        return [fly(mission, planner, until) for mission, planner in bound]
+    from uavbridge.experiments.comparison import points
 
-    return Search(mission, bound, flown=fidelity == "dynamics").run()
+    return points.fly(bound, flown=fidelity == "dynamics", until=until)
 
 
 def simulate(case: Case, params: CompareParams, seeds: I64, fidelity: str) -> Samples:
     """Figures and curves of a block of runs."""
-    trials = [trial(params, str(case["planner"]), int(seed), fidelity) for seed in seeds]
-    figures = [one.figures() for one in trials]
+    flown = trials(params, str(case["planner"]), seeds, fidelity)
+    figures = [one.figures() for one in flown]
     samples: dict[str, F64] = {
         name: np.array([part[name] for part in figures]) for name in figures[0]
     }
-    curves = [one.resampled() for one in trials]
+    curves = [one.resampled() for one in flown]
     for name in curves[0]:
         samples[f"{name}@share"] = np.stack([part[name] for part in curves])
     return samples
@@ -122,8 +126,9 @@ EXPERIMENT = Experiment(
     simulate=simulate,
     file=__file__,
     runs=20,
-    block=1,
+    block=10,
     fidelities=FIDELITIES,
+    batched=("dynamics",),
     paired=("planner",),
     axis=SHARE,
     intervals=True,

@@ -11,7 +11,7 @@ from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.bus.api import Bus
 from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.config import Mission
-from uavbridge.experiments.comparison.trial import Ages, Trial, components
+from uavbridge.experiments.comparison.trial import Ages, Cell, Trial, Until, components
 from uavbridge.radio.radio import Radio
 from uavbridge.recording.recorder import Recorder
 from uavbridge.runner.host import AgentHost
@@ -29,8 +29,9 @@ _PATIENCE_S = 120.0  # for the last to begin
 class SearchJudge(Judge):
     """A judge that ends the flight with the search: nobody waits for the way home."""
 
-    def __init__(self, mission: Mission, bus: Bus) -> None:
+    def __init__(self, mission: Mission, bus: Bus, until: Until) -> None:
         super().__init__(mission, bus)
+        self._until = until
         self.began_us: int | None = None  # when nobody was on the way to its start any more
         self._team_size = len(mission.scenario().team)
 
@@ -44,13 +45,19 @@ class SearchJudge(Judge):
 
     def ended(self, t_us: int) -> bool:
         if self.began_us is not None:
-            over = t_us > self.began_us + to_us(self.mission.duration)
-            if over or self.goal_reached:
+            late = t_us > self.began_us + to_us(self.mission.duration)
+            there = bool(self.declared) if self._until == "named" else self.goal_reached
+            if late or there:
                 return True
         return super().ended(t_us)
 
+    def since_start(self) -> dict[Cell, float]:
+        """Cells declared, and the times (s) since the search began; 0: before that."""
+        began = self.began_us or 0
+        return {cell: max(0.0, to_s(one.t_us - began)) for cell, one in self.declared.items()}
 
-def fly(mission: Mission, planner: Planner) -> Trial:
+
+def fly(mission: Mission, planner: Planner, until: Until = "goal") -> Trial:
     """One mission; the time of the trial begins with the search."""
     trial = Trial(mission.duration)
     radio = Radio(mission.radio.range_m, mission.seed)
@@ -76,10 +83,10 @@ def fly(mission: Mission, planner: Planner) -> Trial:
             recorder=recorder,
             progress=progress,
             stop=lambda: False,
-            judge_of=lambda _longer, bus, _recorder: SearchJudge(mission, bus),
+            judge_of=lambda _longer, bus, _recorder: SearchJudge(mission, bus, until),
         )
-    targets = set(mission.target_cells())
-    trial.false_targets = sum(cell not in targets for cell in flown.judge.declared)
+    assert isinstance(flown.judge, SearchJudge)
+    trial.declare(flown.judge.since_start(), mission)
     return trial
 
 
@@ -90,7 +97,6 @@ def _values(
     last, t_s = judge.samples[-1], to_s(t_us - judge.began_us)
     hearings = {seat.agent.plan.agent: seat.agent.hearing for seat in host.seats}
     team = tuple(sorted(hearings))
-
     for agent in team:
         ages.heard(agent, hearings[agent].neighbours(t_us), t_s)
     here = np.array([judge.reports[agent].position for agent in team if agent in judge.reports])

@@ -1,4 +1,4 @@
-"""A mission with point masses or bare vehicle models; planners, maps and radio are the live ones.
+"""Missions with point masses or bare vehicle models; planners, maps and radio are the live ones.
 
 What is missing against a flight: take-off, autopilot, MAVLink, safety filter. Agents
 hear and map by the code of the live agent (``uavbridge.agent``), at the same ticks.
@@ -6,8 +6,9 @@ hear and map by the code of the live agent (``uavbridge.agent``), at the same ti
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -15,111 +16,22 @@ from planners.belief.maps import BeliefMap
 from planners.belief.merge import unpack
 from planners.belief.scores import coverage, entropy, uncertainty
 from planners.planner import Planner
-from planners.types import F64, FlySegment, FlyVelocity, Goal, Reading, Setpoint
-from sim_vehicles.dynamics import MODELS, Setpoints, Wind, WindSpec
-from uavbridge.agent.agent import view_of
-from uavbridge.agent.guidance import sound, wanted
+from planners.types import F64, Goal, Reading, Setpoint, Signal
+from uavbridge.agent.agent import Sensed, view_of
+from uavbridge.agent.guidance import sound
 from uavbridge.agent.hearing import Hearing
 from uavbridge.agent.mapping import Mapping
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.agent.telling import Telling
-from uavbridge.bus.wire import Frame, Vector, encode
+from uavbridge.bus.wire import Frame, encode
 from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.config import Mission
-from uavbridge.experiments.comparison.trial import Ages, Trial, components
+from uavbridge.experiments.comparison.bodies import Bodies, Flock, Points, Vehicles
+from uavbridge.experiments.comparison.trial import Ages, Cell, Trial, Until, components
 from uavbridge.radio.radio import Radio
 from uavbridge.rng import stream
 from uavbridge.runner import assemble
 from uavbridge.runner.control import CONTROL_US
-
-_STEP_S = to_s(CONTROL_US)
-
-
-class Bodies(Protocol):
-    """What carries the agents."""
-
-    @property
-    def position(self) -> F64:
-        """(n, 3) ENU m."""
-        ...
-
-    @property
-    def velocity(self) -> F64:
-        """(n, 3) m/s."""
-        ...
-
-    def fly(self, setpoints: list[Setpoint | None]) -> None:
-        """One control step."""
-        ...
-
-
-class Points:
-    """Point masses: they do what they are told, within the mission's speed."""
-
-    def __init__(self, mission: Mission, plans: list[AgentPlan]) -> None:
-        self.position: F64 = np.array([plan.start for plan in plans])
-        self.velocity: F64 = np.zeros_like(self.position)
-        self._speed = mission.safety.speed_m_s
-
-    def fly(self, setpoints: list[Setpoint | None]) -> None:
-        for row, setpoint in enumerate(setpoints):
-            self.velocity[row] = self._velocity(row, setpoint)
-        self.position = self.position + self.velocity * _STEP_S
-
-    def _velocity(self, row: int, setpoint: Setpoint | None) -> F64:
-        if setpoint is None:
-            return np.zeros(3)
-        if isinstance(setpoint, FlyVelocity):
-            speed = float(np.hypot(setpoint.velocity[0], setpoint.velocity[1]))
-            return setpoint.velocity * min(1.0, self._speed / max(speed, 1e-9))
-        asked = self._speed if setpoint.speed_m_s is None else setpoint.speed_m_s
-        if isinstance(setpoint, FlySegment):
-            goal = _ahead(setpoint, self.position[row], min(asked, self._speed) * _STEP_S)
-        else:
-            goal = setpoint.position
-        offset = goal - self.position[row]
-        distance = float(np.sqrt(offset @ offset))
-        pace = min(asked, self._speed, distance / _STEP_S)
-        return np.asarray(offset / max(distance, 1e-9) * pace)
-
-
-class Vehicles:
-    """The mission's vehicle model, guided like a live vehicle but without autopilot and filter."""
-
-    def __init__(self, mission: Mission, plans: list[AgentPlan]) -> None:
-        start = np.array([plan.start for plan in plans])
-        self._plans = plans
-        self._model = MODELS[mission.fleet.model](start, np.full(len(plans), np.pi / 2.0))
-        self._asked = Setpoints.idle(len(plans))
-        self._asked.motors[:] = True
-        self._steps = max(1, round(_STEP_S / mission.simulator.step_s))
-        blows = mission.wind
-        spec = WindSpec((blows.east_m_s, blows.north_m_s, blows.up_m_s), blows.gust_m_s)
-        self._wind = Wind(spec, len(plans), stream(mission.seed, "wind"))
-
-    @property
-    def position(self) -> F64:
-        return self._model.states.position
-
-    @property
-    def velocity(self) -> F64:
-        return self._model.states.velocity
-
-    def fly(self, setpoints: list[Setpoint | None]) -> None:
-        for row, (plan, setpoint) in enumerate(zip(self._plans, setpoints, strict=True)):
-            self._asked.velocity[row] = self._velocity(row, plan, setpoint)
-        step_s = _STEP_S / self._steps
-        for _ in range(self._steps):
-            self._model.step(self._asked, self._wind.step(step_s), step_s)
-
-    def _velocity(self, row: int, plan: AgentPlan, setpoint: Setpoint | None) -> Vector:
-        if setpoint is None:
-            return 0.0, 0.0, 0.0
-        x, y, z = self.position[row].tolist()
-        east, north, up = wanted(setpoint, (x, y, z), plan.start[2], plan.envelope)
-        factor = min(1.0, plan.envelope.speed_m_s / max(float(np.hypot(east, north)), 1e-9))
-        climb = plan.envelope.climb_m_s
-        return east * factor, north * factor, min(max(up, -climb), climb)
 
 
 @dataclass(slots=True, eq=False)
@@ -132,7 +44,7 @@ class Searcher:
     hearing: Hearing = field(default_factory=Hearing)
     memory: Any = None
     goal: Goal | None = None
-    readings: list[Reading] = field(default_factory=list)
+    sensed: Sensed = field(default_factory=Sensed)
     bytes_sent: int = 0
 
     @staticmethod
@@ -143,48 +55,55 @@ class Searcher:
 
 
 class Search:
-    """One mission under way."""
+    """One mission under way; what carries its agents tells it where they are."""
 
-    def __init__(self, mission: Mission, planner: Planner, flown: bool) -> None:
-        plans = assemble.agent_plans(mission.for_agents(), planner)
-        agents = tuple(plan.agent for plan in plans)
+    def __init__(self, mission: Mission, planner: Planner) -> None:
+        self.plans = assemble.agent_plans(mission.for_agents(), planner)
+        agents = tuple(plan.agent for plan in self.plans)
         self.mission = mission
         self.team = agents
-        self.bodies: Bodies = Vehicles(mission, plans) if flown else Points(mission, plans)
-        self.agents = [Searcher.of(plan) for plan in plans]
+        self.agents = [Searcher.of(plan) for plan in self.plans]
         self.trial = Trial(mission.duration)
-        self._sensor = assemble.sensor_of(mission, agents)
+        self._receiver = assemble.receiver_of(mission, agents)
+        self._sensor = None if self._receiver else assemble.sensor_of(mission, agents)
         self._radio = Radio(mission.radio.range_m, mission.seed)
         self._ages = Ages(agents)
         self._tick_us = to_us(mission.tick)
         self._air: list[Frame] = []  # sent at the last tick, in the order of the team
-        self._where = self.bodies.position.copy()  # (n, 3) m, of everybody then
-        self._rule = plans[0].rule.onlooker
-        self.union: BeliefMap = self._rule.empty(mission.grid, plans[0].prior, plans[0].sensor)
+        self._position = self._velocity = np.zeros((len(agents), 3))
+        self._where = self._position  # (n, 3) m, of everybody when that was sent
+        first = self.plans[0]
+        self._rule = first.rule.onlooker
+        self.union: BeliefMap = self._rule.empty(mission.grid, first.prior, first.sensor)
 
-    def run(self) -> Trial:
-        """Until the goal is reached or the time is over."""
-        end_us, t_us = to_us(self.mission.duration), 0
-        while t_us <= end_us and np.isnan(self.trial.goal_s):
-            self._look(t_us)
-            if t_us % self._tick_us < CONTROL_US:
-                self._hear()
-                for row, agent in enumerate(self.agents):
-                    self._decide(row, agent, t_us)
-                self._tell(t_us)
-            if t_us % SECOND_US == 0:
-                self._sample(t_us)
-            self.bodies.fly([None if a.goal is None else a.goal.setpoint for a in self.agents])
-            t_us += CONTROL_US
-        targets = set(self.mission.target_cells())
-        self.trial.false_targets = len(self._declared() - targets)
+    def step(self, t_us: int, position: F64, velocity: F64) -> list[Setpoint | None]:
+        """One control step of agents at positions (n, 3) m with velocities (n, 3) m/s."""
+        self._position, self._velocity = position, velocity
+        self._sense(t_us)
+        if t_us % self._tick_us < CONTROL_US:
+            self._hear()
+            for row, agent in enumerate(self.agents):
+                self._decide(row, agent, t_us)
+            self._tell(t_us)
+        if t_us % SECOND_US == 0:
+            self._sample(t_us)
+        return [None if agent.goal is None else agent.goal.setpoint for agent in self.agents]
+
+    def finish(self) -> Trial:
+        """How it went."""
+        self.trial.declare(self._declared(), self.mission)
         return self.trial
 
-    def _look(self, t_us: int) -> None:
-        for row, cell, detected in self._sensor.look(t_us, self.bodies.position):
-            reading = Reading(t_us, cell, detected)
-            self.agents[row].mapping.observe(reading)
-            self.agents[row].readings.append(reading)
+    def _sense(self, t_us: int) -> None:
+        if self._sensor is not None:
+            for row, cell, detected in self._sensor.look(t_us, self._position):
+                reading = Reading(t_us, cell, detected)
+                self.agents[row].mapping.observe(reading)
+                self.agents[row].sensed.readings.append(reading)
+        if self._receiver is not None:
+            for one in self._receiver.listen(t_us, self._position):
+                signal = Signal(t_us, one.target, one.strength, one.arrived)
+                self.agents[one.vehicle].sensed.signals.append(signal)
 
     def _hear(self) -> None:
         """Frames of the last tick, at all who were in range when they were sent."""
@@ -201,26 +120,24 @@ class Search:
         self._air = []
 
     def _decide(self, row: int, agent: Searcher, t_us: int) -> None:
-        position, velocity = self.bodies.position[row].copy(), self.bodies.velocity[row].copy()
+        position, velocity = self._position[row].copy(), self._velocity[row].copy()
         moving = float(np.hypot(velocity[0], velocity[1])) > 0.1
         heading = float(np.arctan2(velocity[1], velocity[0])) if moving else np.pi / 2.0
         tick = t_us // self._tick_us
         own = (position, velocity, heading)
-        view = view_of(
-            agent.plan.agent, tick, t_us, own, agent.hearing, agent.mapping, agent.readings
-        )
+        view = view_of(agent.plan, tick, t_us, own, agent.hearing, agent.mapping, agent.sensed)
         if tick == 0:
             agent.memory = agent.plan.planner.init(view)
         rng = stream(self.mission.seed, "planner", agent.plan.agent, tick)
         goal, agent.memory = agent.plan.planner.plan(view, agent.memory, rng)
         agent.goal = sound(goal)
-        agent.readings = []
+        agent.sensed = Sensed()
 
     def _tell(self, t_us: int) -> None:
-        where = self._where = self.bodies.position.copy()
+        where = self._where = self._position.copy()
         for row, agent in enumerate(self.agents):
             x, y, z = where[row].tolist()
-            vx, vy, vz = self.bodies.velocity[row].tolist()
+            vx, vy, vz = self._velocity[row].tolist()
             payload = agent.goal.payload if agent.goal else b""
             frame = agent.telling.frame(t_us, (x, y, z), (vx, vy, vz), payload)
             agent.bytes_sent += len(encode(frame))
@@ -229,16 +146,18 @@ class Search:
             if records is not None and len(records):
                 self.union, _ = self._rule.merge(self.union, records)
 
-    def _declared(self) -> set[tuple[int, int]]:
+    def _declared(self) -> dict[Cell, float]:
+        first: dict[int, int] = {}
+        for agent in self.agents:
+            for cell, t_us in agent.mapping.declared.items():
+                first[cell] = min(t_us, first.get(cell, t_us))
         rows = self.mission.grid.rows
-        return {
-            (cell // rows, cell % rows) for agent in self.agents for cell in agent.mapping.declared
-        }
+        return {(cell // rows, cell % rows): to_s(t_us) for cell, t_us in first.items()}
 
     def _sample(self, t_us: int) -> None:
         t_s = to_s(t_us)
-        targets = set(self.mission.target_cells())
-
+        self.trial.declare(self._declared(), self.mission)
+        found = sum(cell in self.trial.declared for cell in self.mission.target_cells())
         for agent in self.agents:
             self._ages.heard(agent.plan.agent, agent.hearing.neighbours(t_us), t_s)
         sent = sum(agent.bytes_sent for agent in self.agents)
@@ -249,20 +168,47 @@ class Search:
                 "coverage": float(coverage(self.union.seen)),
                 "entropy": float(entropy(self.union.probability)),
                 "uncertainty": float(uncertainty(self.union.probability)),
-                "targets_found": float(len(self._declared() & targets)),
-                "components": float(components(self.bodies.position, self._radio)),
+                "targets_found": float(found),
+                "components": float(components(self._position, self._radio)),
                 "age_s": self._ages.mean(t_s),
                 "bytes_per_agent": sent / len(self.team),
             },
         )
 
 
-def _ahead(segment: FlySegment, position: F64, way_m: float) -> F64:
-    """The point of a segment that lies ``way_m`` beyond the one nearest to a position."""
-    along = segment.end - segment.start
-    length = float(np.sqrt(along @ along))
-    if length < 1e-9:
-        return segment.end
-    unit = along / length
-    done = float((position - segment.start) @ unit) + way_m
-    return np.asarray(segment.start + unit * min(max(done, 0.0), length))
+def fly(
+    missions: Sequence[tuple[Mission, Planner]], *, flown: bool, until: Until = "goal"
+) -> list[Trial]:
+    """Missions side by side, each until it has what it is for, or its time is over.
+
+    Args:
+        missions: with bound planners; equal in vehicles, terrain and simulator.
+        flown: with vehicle models, else with point masses.
+        until: what ends a search.
+    """
+    return run([Search(mission, planner) for mission, planner in missions], flown, until)
+
+
+def run(searches: Sequence[Search], flown: bool, until: Until = "goal") -> list[Trial]:
+    """Like ``fly``, for searches that have not begun."""
+    flocks = [Flock(search.mission, search.plans) for search in searches]
+    bodies: Bodies = Vehicles(flocks) if flown else Points(flocks)
+    ends = np.cumsum([len(search.team) for search in searches])
+    rows = [slice(end - len(each.team), end) for each, end in zip(searches, ends, strict=True)]
+    going, t_us = list(range(len(searches))), 0
+    setpoints: list[Setpoint | None] = [None] * int(ends[-1])
+    while going:
+        for place in going:
+            mine = rows[place]
+            told = searches[place].step(t_us, bodies.position[mine], bodies.velocity[mine])
+            setpoints[mine] = told
+        bodies.fly(setpoints)
+        t_us += CONTROL_US
+        for place in [each for each in going if _over(searches[each], t_us, until)]:
+            going.remove(place)
+            setpoints[rows[place]] = [None] * len(searches[place].team)
+    return [search.finish() for search in searches]
+
+
+def _over(search: Search, t_us: int, until: Until) -> bool:
+    return t_us > to_us(search.mission.duration) or search.trial.over(until)

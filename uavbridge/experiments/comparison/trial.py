@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from planners.types import F64, Bools, Neighbours
 from uavbridge.config import Mission
 from uavbridge.radio.radio import Radio
+
+Cell: TypeAlias = tuple[int, int]
+Until: TypeAlias = Literal["goal", "named"]  # a search ends: mission's goal, or any cell declared
 
 CURVES = (
     "coverage",
@@ -36,7 +40,8 @@ class Trial:
             bytes sent an agent.
         goal_s: when every target was declared and enough seen; NaN: never.
         covered_s: when enough was seen; NaN: never.
-        false_targets: cells declared that hold none.
+        declared: cells that some agent declared, and when it first did.
+        false_targets: how many of them hold none.
     """
 
     duration_s: float
@@ -44,7 +49,18 @@ class Trial:
     curves: dict[str, list[float]] = field(default_factory=lambda: {name: [] for name in CURVES})
     goal_s: float = float("nan")
     covered_s: float = float("nan")
+    declared: dict[Cell, float] = field(default_factory=dict)
     false_targets: int = 0
+
+    def over(self, until: Until) -> bool:
+        """Whether what was searched for is there."""
+        return bool(self.declared) if until == "named" else not np.isnan(self.goal_s)
+
+    def declare(self, declared: Mapping[Cell, float], mission: Mission) -> None:
+        """All cells declared so far, with their times (s)."""
+        self.declared = dict(declared)
+        targets = mission.target_cells()
+        self.false_targets = sum(cell not in targets for cell in declared)
 
     def add(self, t_s: float, mission: Mission, values: Mapping[str, float]) -> None:
         """One sample."""

@@ -1,0 +1,192 @@
+"""Khan's setting as missions: the same grid, sensor, rules and start cells, with vehicles.
+
+What differs beside the flight: agents exchange what missions exchange (every cell
+that changed, heard a tick later and told on), a UAV reads a cell on entering it,
+range is measured between vehicles and not between cells, and vehicles fly in layers,
+each at a height of its own. Where two UAVs would start in one cell, the later one
+starts in the next free cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from planners.grid import Grid
+from planners.types import I64
+from uavbridge.config import Mission
+from uavbridge.config.tables import (
+    Agent,
+    Area,
+    Belief,
+    Fleet,
+    Radio,
+    Recording,
+    Safety,
+    Sensor,
+    Target,
+)
+from uavbridge.errors import ConfigError
+from uavbridge.experiments.comparison.compare import search
+from uavbridge.experiments.khan.choices import KhanParams
+from uavbridge.experiments.khan.world import Fates, Luck
+
+MERGE: Mapping[str, str] = {
+    "UNC": "uncoordinated",
+    "BU": "belief-update",
+    "AVG": "average",
+    "OGMM": "ogmm",
+    "MOGM": "modified-ogmm",
+    "SDS": "sensed-data",
+    "COUNTS": "counts",
+}  # rule: as ``belief.merge`` of a mission file names it
+
+_LOWEST_M = 20.0  # height of the first layer
+_LAYER_M, _SEPARATION_M = 6.0, 5.0
+_SAME_SPOT = 0.5  # cells: two UAVs this close are in one cell, more or less
+# What missions do their own way.
+_FIXED = (
+    "v",
+    "phase",
+    "order",
+    "exchange",
+    "observer",
+    "counted",
+    "untouched",
+    "history",
+    "relay",
+    "talk",
+    "forget",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """How large the cells are for vehicles, and how fast those fly."""
+
+    cell_m: float
+    speed_m_s: float
+
+    @property
+    def step_s(self) -> float:
+        """Time (s) from cell to cell: a time step of the paper."""
+        return self.cell_m / self.speed_m_s
+
+
+def mission_of(
+    choices: KhanParams,
+    scale: Scale,
+    rule: str,
+    uavs: int,
+    range_cells: float,
+    seed: int,
+    **changes: Any,
+) -> Mission:
+    """One search as a mission.
+
+    Args:
+        choices: the setting.
+        scale: of the region.
+        rule: one of ``MERGE``.
+        uavs: N.
+        range_cells: of the radio; 0: about one cell's width.
+        seed: of the run; its start cells are those of the run without vehicles.
+        changes: further keys of the mission.
+
+    Raises:
+        ConfigError: the setting has a choice that missions do not.
+    """
+    _check(choices)
+    area = Area(cell_m=scale.cell_m, columns=choices.columns, rows=choices.rows)
+    grid = Grid(0.0, 0.0, scale.cell_m, choices.columns, choices.rows)
+    places = grid.centre_of(_starts(choices, uavs, seed))
+    target = grid.centre_of(np.array((choices.target_column, choices.target_row)))
+    heights = [_LOWEST_M + _LAYER_M * place for place in range(uavs)]
+    given: dict[str, Any] = {
+        "name": "khan2014",
+        "area": area,
+        "seed": seed % 2**32,
+        "clock": "stepped",
+        "planner": "sweep",
+        "parameters": {
+            "pattern": choices.sweep,
+            "entry": "nearest",
+            "speed_m_s": scale.speed_m_s,
+            "reach_m": scale.cell_m / 6.0,
+        },
+        "tick": _tick(scale),
+        "duration": min(choices.steps_most * scale.step_s, 86000.0),
+        "coverage_goal": 0.0,
+        "fleet": Fleet(starts=tuple((float(x), float(y)) for x, y in places)),
+        "agents": tuple(Agent(id=i + 1, altitude_m=height) for i, height in enumerate(heights)),
+        "sensor": Sensor(p=choices.p, q=choices.q),
+        "belief": Belief(merge=MERGE[rule], threshold=choices.threshold),
+        "targets": (Target(position=(float(target[0]), float(target[1]))),),
+        "radio": Radio(range_m=max(range_cells, _SAME_SPOT) * scale.cell_m),
+        "safety": Safety(
+            separation_m=_SEPARATION_M,
+            altitude_max_m=max(120.0, heights[-1] + 10.0),
+            speed_m_s=max(10.0, scale.speed_m_s),
+        ),
+        "recording": Recording(mcap=False, tlog=False),
+    }
+    return Mission(**{**given, **changes})
+
+
+def fly(
+    choices: KhanParams,
+    scale: Scale,
+    rule: str,
+    uavs: int,
+    range_cells: float,
+    seeds: I64,
+    fidelity: str,
+) -> Fates:
+    """Searches with vehicles, until any cell is named; arguments as of ``mission_of``."""
+    missions = [
+        mission_of(choices, scale, rule, uavs, range_cells, seed) for seed in seeds.tolist()
+    ]
+    steps, cell, sent = [], [], []
+    for trial in search(missions, fidelity, "named"):
+        named = min(trial.declared, key=lambda one: (trial.declared[one], one), default=None)
+        steps.append(choices.steps_most if named is None else step_of(trial.declared[named], scale))
+        cell.append(-1 if named is None else named[0] * choices.rows + named[1])
+        sent.append(trial.curves["bytes_per_agent"][-1] * uavs)
+    target = np.full(len(seeds), choices.target)
+    return Fates(np.array(steps), np.array(cell), target, np.array(sent))
+
+
+def step_of(t_s: float, scale: Scale) -> int:
+    """Time step, from 1, of a time (s): UAVs start in the middle of their first cell."""
+    return 1 + int(t_s / scale.step_s + 0.5)
+
+
+def _tick(scale: Scale) -> float:
+    """Three decisions a cell, as many tenths of a second as that takes."""
+    return max(1, round(scale.step_s / 3.0 * 10.0)) / 10.0
+
+
+def _starts(choices: KhanParams, uavs: int, seed: int) -> I64:
+    """Start cells (N, 2), no two alike."""
+    size = choices.columns * choices.rows
+    if uavs > size:
+        raise ConfigError(f"{uavs} UAVs need as many cells to start from, not {size}")
+    draws = Luck(np.array([seed]), uavs, choices).start[0, :, 0]
+    taken: list[int] = []
+    for cell in (draws * size).astype(np.int64).tolist():
+        while cell in taken:
+            cell = (cell + 1) % size
+        taken.append(cell)
+    return np.stack(np.divmod(np.array(taken), choices.rows), axis=-1)
+
+
+def _check(choices: KhanParams) -> None:
+    """Refuse what missions cannot do."""
+    for part in fields(choices):
+        if part.name in _FIXED and getattr(choices, part.name) != part.default:
+            raise ConfigError(
+                f"missions exchange in their own way: {part.name} must stay {part.default}"
+            )
