@@ -16,6 +16,7 @@ ALL = {
     keys.layer("path", 8): 8,
     keys.TRUTH: None,
     keys.alive(6): 6,
+    keys.pace(9): 9,
 }
 
 
