@@ -55,6 +55,7 @@ ASKED_BY: dict[type, frozenset[Verb]] = {
     LandHere: frozenset({Verb.LAND, Verb.ABORT}),
 }
 FAILSAFES = frozenset({Mode.HOLD, Mode.RETURN, Mode.LAND})
+OURS = FAILSAFES | {Mode.OFFBOARD}  # what our own vehicle may be in when we come back
 
 
 class Flight:
@@ -68,7 +69,7 @@ class Flight:
         self.distance_m = 0.0
         self.failure = ""
         self.limited_by: tuple[str, ...] = ()
-        self._since_us = 0  # begin of the phase
+        self._since_us = NEVER_US  # begin of the phase
         self._asked_us = NEVER_US  # newest command, repeated after plan.retry_s
         self._strange_us: int | None = None
         self._stalled_us = NEVER_US
@@ -95,6 +96,8 @@ class Flight:
             traffic: the others by their separation beacons.
         """
         self._effects, self._pending = self._pending, []
+        if self._since_us == NEVER_US:  # a mission may be joined late
+            self._since_us = inputs.t_us
         self._odometer(inputs.state)
         self._handling = HANDLING[inputs.state.kind]
         if inputs.late_s > STALL_S:
@@ -263,8 +266,7 @@ class Flight:
     ) -> None:
         position = _vector(state)
         if self.phase is Phase.CONNECT:
-            if state.link_ok and state.has_position:
-                self._enter(Phase.ARM, t_us)
+            self._meet(state, t_us)
         elif self.phase is Phase.ARM:
             if not self._net_set:
                 self._ask(SetNet(self._net(position)), t_us)
@@ -278,6 +280,25 @@ class Flight:
             self._leave_alone(state, t_us)
         elif self.phase in FOLLOWING:
             self._follow(state, t_us, setpoint, traffic)
+
+    def _meet(self, state: VehicleState, t_us: int) -> None:
+        """The vehicle is there; one that flies already is ours only if we flew it before."""
+        if not (state.link_ok and state.has_position):
+            return
+        if not (state.armed and state.in_air):
+            self._enter(Phase.ARM, t_us)
+            return
+        x, y, _ = self.plan.start
+        ground = 0.0 if self.plan.terrain is None else float(self.plan.terrain.height_at((x, y)))
+        self.home = (x, y, ground)
+        self._taking = self.plan.resumes and state.mode in OURS
+        mode = state.mode_text or state.mode.value
+        if self._taking:
+            self._tell(f"takes over its vehicle in {mode}")
+        else:
+            self.failure = f"vehicle is in the air already, in {mode}: yielded"
+            self._tell(self.failure, failure=True)
+        self._enter(Phase.YIELDED, t_us)
 
     def _net(self, home: Vector) -> Net:
         """What the autopilot is to hold to on its own, around where it stands."""
