@@ -176,7 +176,7 @@ ROVER: Final = Craft(
     models={
         "rover": partial(
             GroundRover,
-            params=RoverParams(speed_m_s=6.0, accel_m_s2=1.2, turn_rad_s=radians(45.0), stop_m=0.4),
+            params=RoverParams(speed_m_s=6.0, accel_m_s2=0.9, turn_rad_s=radians(45.0), stop_m=0.4),
         )
     },
     modes={

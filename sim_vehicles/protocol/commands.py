@@ -162,7 +162,7 @@ def _start_mission(endpoint: Endpoint, order: Order) -> int:
     first = order.whole(1)
     if steps and not 0 <= first < steps:
         return DENIED
-    if steps:
+    if steps and (first or not endpoint.services.flavour.home_first):  # ArduPilot goes on
         _go_on_from(endpoint, first)
     return _said(endpoint, pilot.start_mission(i))
 
@@ -181,6 +181,17 @@ def _set_mission_current(endpoint: Endpoint, order: Order) -> int:
 def _go_on_from(endpoint: Endpoint, step: int) -> None:
     endpoint.pilot.set_current(endpoint.index, step)
     endpoint.services.report.plan(endpoint.index)
+
+
+def _enable_fence(endpoint: Endpoint, order: Order) -> int:
+    """DO_FENCE_ENABLE, of autopilots that have a parameter for it."""
+    parameters, on = endpoint.pilot.parameters, order.whole(1, -1)
+    if parameters.row("FENCE_ENABLE") is None:
+        return UNSUPPORTED
+    if on not in (0, 1):
+        return DENIED
+    parameters.set(endpoint.index, "FENCE_ENABLE", on)
+    return ACCEPTED
 
 
 def _terminate(endpoint: Endpoint, order: Order) -> int:
@@ -217,6 +228,7 @@ COMMANDS: Final[dict[int, Command]] = {
     mav.MAV_CMD_DO_SET_MODE: _set_mode,
     mav.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
     mav.MAV_CMD_DO_SET_HOME: _set_home,
+    mav.MAV_CMD_DO_FENCE_ENABLE: _enable_fence,
     mav.MAV_CMD_DO_FLIGHTTERMINATION: _terminate,
     mav.MAV_CMD_DO_REPOSITION: _reposition,
     mav.MAV_CMD_DO_PAUSE_CONTINUE: _pause_or_continue,
