@@ -7,9 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from planners.paths.dubins import airplane
 from planners.terrain import flat
 from sim_vehicles.dynamics import F64, Setpoints
 from sim_vehicles.dynamics.plane import GuidedPlane, PlaneParams, SixDof
+from sim_vehicles.dynamics.plane.follow import Follower
 from sim_vehicles.dynamics.plane.guide import Guide
 
 STEP_S = 0.02
@@ -249,3 +251,29 @@ def test_wants_are_finite_far_from_anything():
     zero = np.zeros((3, 1))
     wanted = guide.wanted(setpoints, zero, zero, np.zeros(1), zero)
     assert all(np.isfinite(part).all() for part in (wanted.roll, wanted.climb, wanted.airspeed))
+
+
+@pytest.mark.parametrize("make", MODELS)
+@pytest.mark.parametrize("rise", [60.0, 500.0])
+def test_a_dubins_path_is_followed_to_its_end(make, rise):
+    start = np.array((0.0, 0.0, 200.0, 0.0))
+    path = airplane(start, (600.0, 500.0, 200.0 + rise, 2.5), 150.0, 0.25)
+    assert path.case == ("low" if rise < 100.0 else "high")
+    model = make(start[None, :3], start[3:], airspeed=np.array([30.0]))
+    follower = Follower(path, 30.0)
+    setpoints = Setpoints.idle(1)
+    setpoints.motors[:] = True
+    points, off = path.points(2.0)[:, :3], []
+    for step in range(round(1.2 * path.length / 30.0 / STEP_S)):
+        place = model.states.position[0]
+        if step % 5 == 0:
+            target = follower.target(place)
+            setpoints.position[0], setpoints.velocity[0] = target.position, target.velocity
+            setpoints.yaw_rate[0] = target.turn
+            off.append(float(np.linalg.norm(points - place, axis=1).min()))
+        if target.done:
+            break
+        model.step(setpoints, np.zeros((1, 3)), STEP_S)
+    assert target.done
+    assert max(off) < 8.0
+    assert np.linalg.norm(model.states.position[0] - points[-1]) < 8.0
