@@ -8,7 +8,7 @@ from tests.integration.missions import SMALL, document, launch, write
 from tests.integration.simulator import free_port, simulator
 
 pytestmark = pytest.mark.integration
-SPEED = ("--speed", "10")
+SPEED = ("--speed", "8")
 
 
 def url(port, kind="udpin"):
@@ -33,7 +33,7 @@ def test_vehicles_of_other_ids_on_one_port_fly_beside_simulated_ones(tmp_path):
     assert "10 m east" in told
     flown = (tmp_path / "o" / "mission.toml").read_text()
     assert flown.count("endpoint") == 2
-    assert "speed = 10.0" in flown  # that of the vehicles' clocks
+    assert "speed = 8.0" in flown  # that of the vehicles' clocks
 
 
 def test_without_a_mission_the_example_is_flown_at_the_first_vehicles_home(tmp_path):
@@ -86,7 +86,7 @@ def test_a_clock_of_another_speed_is_said(tmp_path):
     with simulator(*SPEED) as sim:
         done = launch(write(tmp_path), "--connect", url(sim.port), "--speed", 1)
     assert done.returncode == 2
-    assert "give --speed 10" in " ".join(done.stderr.split())
+    assert "give --speed 8" in " ".join(done.stderr.split())
 
 
 @pytest.mark.parametrize(
