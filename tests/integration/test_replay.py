@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import msgspec
 import pytest
@@ -16,7 +17,7 @@ from uavbridge.clock import SteppedClock
 from uavbridge.monitor.watch import MissionWatch
 from uavbridge.recording.reader import Recording
 from uavbridge.recording.recorder import BUS, Recorder
-from uavbridge.recording.topics import DecisionRecord, encode
+from uavbridge.recording.topics import DecisionRecord, MissionRecord, encode
 from uavbridge.replay.play import play
 from uavbridge.replay.record import Onlooker
 from uavbridge.replay.verify import verify
@@ -173,3 +174,34 @@ def test_what_is_no_recording_is_one_line_and_status_2(tmp_path, command):
     done = CliRunner().invoke(main, [command[0], str(path), *command[1:]])
     assert done.exit_code == 2
     assert str(path) in done.output
+
+
+OLD = Path(__file__).parent / "recorded_by_wire_format_1.mcap"
+
+
+def test_a_recording_of_an_older_version_opens(tmp_path):
+    digest = "21191ecbb2d09f78ef21b31357d432d65ddf10f7bb33fa467d01bae503704f0e"
+    assert Recording(OLD).digest() == digest  # as was printed then
+    result = recorded_result(OLD)
+    assert result.coverage == pytest.approx(9 / 16)
+    assert result.seen.mean() == pytest.approx(9 / 16)
+    assert result.found == 1
+    assert [agent.frames_heard + agent.frames_sent for agent in result.agents] == [125, 125]
+    done = CliRunner().invoke(main, ["replay", str(OLD), "--verify"])
+    assert done.output == "35 decisions taken again, none differs\n"
+    hub = LocalHub()
+    watch = MissionWatch(hub.bus())
+    play(OLD, hub.bus(), SteppedClock())
+    watch.poll()
+    assert watch.rejects == {}
+    assert watch.merged()[1].mean() == pytest.approx(9 / 16)
+
+
+def test_a_mission_that_is_not_understood_is_said_with_who_wrote_it(tmp_path):
+    with Recorder(tmp_path, mission_name="small", epoch_ns=0) as recorder:
+        head = MissionRecord("name = 3", 1, "stepped", {"uavbridge": "0.0.9"})
+        recorder.record("mission", 0, head)
+    for command in (["report"], ["replay", "--verify"]):
+        done = CliRunner().invoke(main, [command[0], str(tmp_path), *command[1:]])
+        assert done.exit_code == 2
+        assert "recorded by uavbridge 0.0.9" in done.output

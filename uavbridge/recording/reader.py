@@ -19,6 +19,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from uavbridge.errors import ConfigError
 from uavbridge.recording.digest import StreamDigest, combine, prefix
+from uavbridge.recording.older import upgraded
 from uavbridge.recording.parts import FORMAT, HEAD, MCAP_NAME, METADATA_NAME, parts_of
 from uavbridge.recording.recorder import BUS
 from uavbridge.recording.tlog import TLOG_PATTERN, tlog_digest
@@ -80,7 +81,15 @@ class Recording:
         return next((number for number in numbers if number not in self.parts), 0)
 
     def messages(self) -> Iterator[Message]:
-        """All messages in recording order, up to the last chunk that is whole."""
+        """All messages in recording order, up to the last chunk that is whole.
+
+        Those of an older wire format are turned into today's; see ``recording.older``.
+        """
+        for topic, t_us, data in self._raw():
+            yield Message(topic, t_us, upgraded(topic.partition("/")[0], data))
+
+    def _raw(self) -> Iterator[Message]:
+        """The messages as they were recorded."""
         first = min(self.parts)
         for number, path in self.parts.items():
             if 0 < self._gap < number and number != first:
@@ -110,7 +119,7 @@ class Recording:
     def digest(self) -> str:
         """The digest, computed anew from this file and the .tlog files beside it."""
         digest = StreamDigest()
-        for topic, t_us, data in self.messages():
+        for topic, t_us, data in self._raw():
             kind = TOPICS.get(topic.partition("/")[0])
             if kind is None or kind.digested:
                 digest.add(prefix(topic), t_us, data)
