@@ -18,7 +18,7 @@ from planners.planner import Planner
 from uavbridge.bus.security import Identity
 from uavbridge.bus.wire import Frame, decode
 from uavbridge.bus.zenoh_bus import ZenohBus
-from uavbridge.clock import SECOND_US, LedClock, PacedClock, to_s, wall_date
+from uavbridge.clock import SECOND_US, LedClock, PacedClock, pause, to_s, to_us, wall_date
 from uavbridge.config import Mission, parse, to_toml
 from uavbridge.errors import ConfigError, UavbridgeError
 from uavbridge.mavlink.urls import open_link
@@ -42,6 +42,9 @@ _OWN = frozenset({"agents", "bus", "clock", "headless", "json", "out", "recordin
     "simulator",
     "targets",
 }
+
+FIRST_TRUTH_S = 1.0  # wall time for a simulation to tell where its vehicles are
+_LOOK_S = 0.02
 
 _log = logging.getLogger(__name__)
 
@@ -101,8 +104,8 @@ def fly_elsewhere(
             stack.callback(link.close)
         sent = {} if before is None else _sent(before, agents)
         recorder = stack.enter_context(_recorder(mission, folder, before))
-        paced = PacedClock(mission.speed)
-        clock = LedClock(paced, Reached(bus), lead_us=LEAD_US)
+        paced, reached = PacedClock(mission.speed), Reached(bus)
+        clock = LedClock(paced, reached, lead_us=LEAD_US)
         vehicles = {
             agent: MavlinkVehicle(
                 logged(mission, link, agent, recorder, clock),
@@ -119,7 +122,7 @@ def fly_elsewhere(
         agreed = agree(bus)
         tell(_told(agreed))
         paced.epoch_ns = agreed.epoch_ns
-        _fly(host, clock, here, stop)
+        _fly(host, clock, _now_us(paced, reached), here, stop)
         return tuple(
             f"agent {seat.agent.plan.agent}: {seat.agent.flight.failure}"
             for seat in host.seats
@@ -166,9 +169,19 @@ def _recorder(mission: Mission, folder: Path | None, before: Recording | None) -
     return recorder
 
 
-def _fly(host: AgentHost, clock: LedClock, here: Pace, stop: Callable[[], bool]) -> None:
+def _now_us(paced: PacedClock, reached: Reached) -> int:
+    """Mission time: that of the simulation, where there is one and it is late."""
+    until_us = paced.now_us() + to_us(paced.speed * FIRST_TRUTH_S)
+    while not (simulated_us := reached()) and paced.now_us() < until_us:
+        pause(_LOOK_S)
+    return max(simulated_us or paced.now_us(), 0)
+
+
+def _fly(
+    host: AgentHost, clock: LedClock, now_us: int, here: Pace, stop: Callable[[], bool]
+) -> None:
     """Control ticks until the agents have landed, or given up."""
-    t_us = clock.now_us() // CONTROL_US * CONTROL_US
+    t_us = now_us // CONTROL_US * CONTROL_US
     ended_us: int | None = None
     while ended_us is None or t_us <= ended_us + SECOND_US:  # the last report goes out
         clock.wait_until(t_us)

@@ -72,11 +72,12 @@ class Followed:
     def slowest_us(self, agents: Iterable[int]) -> int | None:
         """Mission time that all processes of these agents are done with.
 
-        Who has been silent for a while does not count; None: nobody has spoken lately.
+        Who has been silent for a while, or still waits, does not count; None: nobody does.
         """
         wanted = set(agents)
         lately = self._since(wall_s() - PATIENCE_S)
-        return min((h.t_us for h in lately if wanted & set(h.agents)), default=None)
+        reached = (h.t_us for h in lately if wanted & set(h.agents) and h.t_us >= 0)
+        return min(reached, default=None)
 
     def _since(self, since_s: float) -> list[Here]:
         return [here for here, heard_s in self._reached.values() if heard_s >= since_s]
