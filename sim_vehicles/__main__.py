@@ -19,8 +19,7 @@ from sim_vehicles.geodesy import Geodetic
 if TYPE_CHECKING:
     from sim_vehicles.fleet import Fleet
     from sim_vehicles.server import Report
-    from sim_vehicles.tcp import TcpPorts
-    from sim_vehicles.udp import UdpPorts
+    from sim_vehicles.transport import Transport
 
 # name on the command line -> kind of vehicle
 KINDS: Final = {"copter": "multirotor", "plane": "plane", "rover": "rover"}
@@ -62,6 +61,16 @@ def _place(context: click.Context, param: click.Parameter, text: str) -> Geodeti
         raise click.BadParameter(str(error)) from None
 
 
+def _address(_: click.Context, param: click.Parameter, text: str | None) -> tuple[str, int] | None:
+    """A host and a port; the host may be left out."""
+    if text is None:
+        return None
+    host, _colon, port = text.rpartition(":")
+    if not (port.isascii() and port.isdigit() and 1 <= int(port) <= 65535):
+        raise click.BadParameter(f"{text!r} is not {param.metavar}")
+    return host or "127.0.0.1", int(port)
+
+
 @dataclass(frozen=True, slots=True)
 class Options:
     """What the command line asks for."""
@@ -83,6 +92,7 @@ class Options:
     gust: float
     home: Geodetic
     spacing: float
+    gcs: tuple[str, int] | None
     as_json: bool
 
 
@@ -135,6 +145,12 @@ class Options:
     "--home", default=_HOME, metavar="LAT,LON,ALT", callback=_place, help="Origin, degrees and m."
 )
 @click.option("--spacing", default=10.0, type=Amount(), help="Metres between starts.")
+@click.option(
+    "--gcs",
+    metavar="HOST:PORT",
+    callback=_address,
+    help="Send all vehicles there too: a ground station listens, 127.0.0.1:14550 by habit.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the table and the end as JSON lines.")
 @click.version_option(package_name="uavbridge")
 def main(**values: Any) -> None:
@@ -183,7 +199,18 @@ def _fleet(options: Options, seats: tuple[ports.Seat, ...]) -> Fleet:
     return Fleet(specs, origin=options.home, model=options.model, seed=options.seed, wind=wind)
 
 
-def _transport(options: Options, seats: tuple[ports.Seat, ...]) -> TcpPorts | UdpPorts:
+def _transport(options: Options, seats: tuple[ports.Seat, ...]) -> Transport:
+    first = _first_transport(options, seats)
+    if options.gcs is None:
+        return first
+    from sim_vehicles.transport import Both
+    from sim_vehicles.udp import UdpPorts
+
+    host, port = options.gcs
+    return Both(first, UdpPorts(host, [port] * len(seats)))
+
+
+def _first_transport(options: Options, seats: tuple[ports.Seat, ...]) -> Transport:
     if options.tcp:
         from sim_vehicles.tcp import TcpPorts
 
@@ -197,7 +224,7 @@ async def _fly(
     options: Options,
     seats: tuple[ports.Seat, ...],
     fleet: Fleet,
-    transport: TcpPorts | UdpPorts,
+    transport: Transport,
 ) -> Report:
     """Show the table and serve until SIGINT or SIGTERM; a second signal ends the process."""
     from sim_vehicles.server import serve

@@ -151,7 +151,7 @@ async def serve(
                     _log.warning("can not keep up: x%.3g of x%g asked for", rate, speed)
             await asyncio.sleep(0)  # let what arrived in
     finally:
-        transport.close()
+        exchange.close()
     return Report(
         simulated_s=(fleet.now_us - begin_us) / _SECOND_US,
         wall_s=loop.time() - begin_s,
@@ -167,6 +167,7 @@ class _Exchange:
         self._fleet = fleet
         self._transport = transport
         self._waiting = False
+        self._closed = False
 
     def receive(self, index: int, datagram: bytes) -> None:
         """Hand over what arrived; answers go out without waiting for the next step."""
@@ -176,8 +177,15 @@ class _Exchange:
             asyncio.get_running_loop().call_soon(self.flush)
 
     def flush(self) -> None:
-        """Send what the vehicles have to say."""
+        """Send what the vehicles have to say, while there is a transport."""
         self._waiting = False
+        if self._closed:
+            return
         send = self._transport.send
         for index, datagram in self._fleet.transmit():
             send(index, datagram)
+
+    def close(self) -> None:
+        """Let go of the transport; answers that wait for their turn are dropped."""
+        self._closed = True
+        self._transport.close()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Protocol, TypeAlias
 
 Receive: TypeAlias = Callable[[int, bytes], None]
@@ -42,3 +42,29 @@ class Transport(Protocol):
     def close(self) -> None:
         """Let go of all ports. May be called twice."""
         ...
+
+
+class Both:
+    """Two transports as one: what vehicles send goes out on both, and they hear both."""
+
+    def __init__(self, first: Transport, second: Transport) -> None:
+        self._parts = first, second
+
+    @property
+    def traffic(self) -> Traffic:
+        """Sums of both."""
+        first, second = (part.traffic for part in self._parts)
+        names = [each.name for each in fields(Traffic)]
+        return Traffic(**{name: getattr(first, name) + getattr(second, name) for name in names})
+
+    async def start(self, loop: asyncio.AbstractEventLoop, receive: Receive) -> None:
+        for part in self._parts:
+            await part.start(loop, receive)
+
+    def send(self, index: int, datagram: bytes) -> None:
+        for part in self._parts:
+            part.send(index, datagram)
+
+    def close(self) -> None:
+        for part in self._parts:
+            part.close()

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from sim_vehicles.__main__ import main
 from sim_vehicles.server import Pace, Report, serve
-from sim_vehicles.transport import Traffic
+from sim_vehicles.transport import Both, Traffic
 
 
 class Echo:
@@ -65,6 +65,52 @@ def test_as_fast_as_it_can_for_a_duration():
     assert wire.closed
     assert report.simulated_s == 2.0
     assert not report.late
+
+
+def test_answers_that_are_late_for_the_end_are_dropped():
+    class Closing(Wire):
+        async def start(self, loop, receive) -> None:
+            self.receive = receive
+
+        def send(self, index: int, datagram: bytes) -> None:
+            if self.closed:
+                failures.append(datagram)
+
+    async def fly() -> None:
+        loop = asyncio.get_running_loop()
+        await serve(
+            Echo(),
+            wire,
+            speed=inf,
+            duration_s=0.02,
+            on_step=lambda *_: loop.call_soon(wire.receive, 0, b"late"),  # as a socket would
+        )
+        await asyncio.sleep(0.01)
+
+    failures: list[bytes] = []
+    wire = Closing()
+    asyncio.run(fly())
+    assert wire.closed
+    assert not failures
+
+
+def test_two_transports_are_one():
+    first, second = Wire((0, b"a")), Wire((1, b"b"))
+    first.traffic.bytes_out, second.traffic.bytes_out = 3, 4
+    both = Both(first, second)
+    run(Echo(), both, speed=inf, duration_s=0.02)
+    assert (0, b"heard a") in first.sent
+    assert first.sent == second.sent
+    assert first.closed
+    assert second.closed
+    assert both.traffic == Traffic(bytes_out=7)
+
+
+@pytest.mark.parametrize("text", ["14550x", "host:", "host:0", "host:70000", ":-1"])
+def test_bad_ground_stations(text):
+    result = CliRunner().invoke(main, ["--gcs", text])
+    assert result.exit_code == 2
+    assert "--gcs" in result.output
 
 
 def test_each_step_is_told():
