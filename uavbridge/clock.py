@@ -81,8 +81,8 @@ class LedClock:
     """Paced time that waits for a simulation which can not keep up.
 
     Agents must not run ahead of their vehicles: what they know of each other would be older
-    than they believe. Where the simulation stands still the clock goes on without it, so that
-    its silence is noticed.
+    than they believe. Where the simulation stands still the clock goes on from there without it,
+    so that its silence is noticed.
 
     Args:
         paced: time as it should be.
@@ -108,10 +108,9 @@ class LedClock:
         self._now_us = 0
 
     def now_us(self) -> int:
-        now_us = self._paced.now_us()
-        if time.monotonic() - self._since_s < self._patience_s:
-            now_us = min(now_us, self._seen_us + self._lead_us)
-        self._now_us = max(self._now_us, now_us)
+        alone_s = max(time.monotonic() - self._since_s - self._patience_s, 0.0)
+        led_us = self._seen_us + self._lead_us + to_us(alone_s * self._paced.speed)
+        self._now_us = max(self._now_us, min(self._paced.now_us(), led_us))
         return self._now_us
 
     def wait_until(self, t_us: int) -> None:

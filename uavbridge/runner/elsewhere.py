@@ -194,6 +194,7 @@ def _fly(
         t_us += CONTROL_US
         while t_us % SECOND_US and clock.now_us() - t_us > LATE_TICKS * CONTROL_US:
             t_us += CONTROL_US
+    here.tell(-1)  # nobody need wait for these agents any more
 
 
 def _waiting(here: Pace, stop: Callable[[], bool]) -> Callable[[], bool]:
