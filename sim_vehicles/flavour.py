@@ -9,6 +9,7 @@ from typing import Final, NamedTuple, Protocol
 from sim_vehicles.codec import mav
 from sim_vehicles.modes import MODES, Mode
 from sim_vehicles.params import Type
+from sim_vehicles.sensor_streams import SENSOR_FILLS
 from sim_vehicles.streams import DEFAULT_INTERVALS_US, FILLS, Fill
 
 COMMON_CAPABILITIES: Final[int] = (
@@ -156,7 +157,7 @@ class Px4:
     answers: Final = Answers()
     states: Final = States()
     home_first: Final = False
-    fills: Final = FILLS
+    fills: Final[Mapping[str, Fill]] = {**FILLS, **SENSOR_FILLS}
     intervals_us: Final = DEFAULT_INTERVALS_US
     data_streams: Final[Mapping[int, tuple[str, tuple[str, ...]]]] = {}
     id_parameter: Final = "MAV_SYS_ID"

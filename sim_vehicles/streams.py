@@ -156,16 +156,26 @@ def _attitude(out: Record, now: Readings) -> None:
     values[:, 3:] = now.rates
 
 
+def quaternion(roll: F64, pitch: F64, yaw: F64) -> F64:
+    """Attitude (k, 4) as w, x, y, z from north, east, down."""
+    halves = (roll / 2, pitch / 2, yaw / 2)
+    (cr, cp, cy), (sr, sp, sy) = map(np.cos, halves), map(np.sin, halves)
+    return np.stack(
+        (
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ),
+        axis=-1,
+    )
+
+
 def _attitude_quaternion(out: Record, now: Readings) -> None:
     states, rows = now.snapshot.states, now.rows
-    halves = (states.roll[rows] / 2, states.pitch[rows] / 2, now.yaw / 2)
-    (cr, cp, cy), (sr, sp, sy) = map(np.cos, halves), map(np.sin, halves)
     out["time_boot_ms"] = now.boot_ms
     values = out["q1:yawspeed"]
-    values[:, 0] = cr * cp * cy + sr * sp * sy
-    values[:, 1] = sr * cp * cy - cr * sp * sy
-    values[:, 2] = cr * sp * cy + sr * cp * sy
-    values[:, 3] = cr * cp * sy - sr * sp * cy
+    values[:, :4] = quaternion(states.roll[rows], states.pitch[rows], now.yaw)
     values[:, 4:] = now.rates
 
 

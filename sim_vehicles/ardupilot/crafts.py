@@ -132,7 +132,7 @@ COPTER: Final = Craft(
     flavour=ArduPilot(
         "ArduCopter",
         COPTER_MODES,
-        64495,
+        64463,
         States(
             unready=int(mav.MAV_STATE_STANDBY),
             ready=int(mav.MAV_STATE_STANDBY),
@@ -166,7 +166,7 @@ ROVER: Final = Craft(
     flavour=ArduPilot(
         "ArduRover",
         ROVER_MODES,
-        61935,
+        61903,
         States(
             unready=int(mav.MAV_STATE_ACTIVE),
             ready=int(mav.MAV_STATE_ACTIVE),

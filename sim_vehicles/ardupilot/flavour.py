@@ -21,7 +21,7 @@ class ArduPilot:
     Args:
         name: of the firmware: "ArduCopter".
         modes: ``custom_mode`` and, besides CUSTOM_MODE_ENABLED, ``base_mode`` of each mode.
-        capabilities: MAV_PROTOCOL_CAPABILITY bits.
+        capabilities: MAV_PROTOCOL_CAPABILITY bits, without the file transfer that is not here.
         states: MAV_STATE by what it does.
         frame: a text about the frame.
     """

@@ -9,12 +9,12 @@ from typing import Final
 import numpy as np
 
 from sim_vehicles.codec import mav
+from sim_vehicles.sensor_streams import SENSOR_FILLS
 from sim_vehicles.streams import FILLS as _COMMON
 from sim_vehicles.streams import Fill, Readings, Record
 
 _READY_FLAGS: Final = 831  # the EKF's, with GPS
 _UNREADY_FLAGS: Final = 167
-_POSITION_ONLY: Final = 65016
 _STICKS: Final = (1500, 1500, 1000, 1500, 1800, 1000, 1000, 1800)  # nobody touches them
 
 
@@ -40,33 +40,11 @@ def _navigation(out: Record, now: Readings) -> None:
     out["alt_error"] = away[:, 2]
 
 
-def _target(out: Record, now: Readings) -> None:
-    asked, rows = now.snapshot.setpoints, now.rows
-    here = now.snapshot.states.position[rows]
-    wanted = asked.position[rows]
-    places = now.wire_geodetic(np.where(np.isnan(wanted), here, wanted))
-    out["time_boot_ms"] = now.boot_ms
-    out["coordinate_frame"] = mav.MAV_FRAME_GLOBAL
-    out["type_mask"] = _POSITION_ONLY
-    out["lat_int:lon_int"] = places[:, :2]
-    out["alt"] = places[:, 2] / 1e3
-
-
-def _servos(out: Record, now: Readings) -> None:
-    out["time_usec"] = now.t_us & 0xFFFFFFFF
-    power = np.rint(1000 + 1000 * now.snapshot.states.thrust[now.rows])
-    out["servo1_raw:servo8_raw"][:, :4] = power[:, np.newaxis]
-
-
 def _sticks(out: Record, now: Readings) -> None:
     out["time_boot_ms"] = now.boot_ms
     out["chancount"] = len(_STICKS)
     out["chan1_raw:chan18_raw"][:, : len(_STICKS)] = _STICKS
     out["rssi"] = 255
-
-
-def _vibration(out: Record, now: Readings) -> None:
-    out["time_usec"] = now.t_us
 
 
 def _memory(out: Record, now: Readings) -> None:
@@ -89,12 +67,10 @@ def _second_attitude(out: Record, now: Readings) -> None:
 
 FILLS: Final[Mapping[str, Fill]] = {
     **_COMMON,
+    **SENSOR_FILLS,
     "EKF_STATUS_REPORT": _estimate,
     "NAV_CONTROLLER_OUTPUT": _navigation,
-    "POSITION_TARGET_GLOBAL_INT": _target,
-    "SERVO_OUTPUT_RAW": _servos,
     "RC_CHANNELS": _sticks,
-    "VIBRATION": _vibration,
     "MEMINFO": _memory,
     "POWER_STATUS": _power,
     "AHRS2": _second_attitude,
@@ -104,7 +80,7 @@ INTERVALS_US: Final[Mapping[str, int]] = {"HEARTBEAT": 1_000_000}
 """Nothing else is sent unasked."""
 
 DATA_STREAMS: Final[Mapping[int, tuple[str, tuple[str, ...]]]] = {
-    mav.MAV_DATA_STREAM_RAW_SENSORS: ("SR0_RAW_SENS", ()),
+    mav.MAV_DATA_STREAM_RAW_SENSORS: ("SR0_RAW_SENS", ("SCALED_PRESSURE",)),
     mav.MAV_DATA_STREAM_EXTENDED_STATUS: (
         "SR0_EXT_STAT",
         (

@@ -235,6 +235,7 @@ COMMANDS: Final[dict[int, Command]] = {
     mav.MAV_CMD_DO_SET_MISSION_CURRENT: _set_mission_current,
     mav.MAV_CMD_MISSION_START: _start_mission,
     mav.MAV_CMD_COMPONENT_ARM_DISARM: _arm,
+    mav.MAV_CMD_RUN_PREARM_CHECKS: requests.prearm_checks,
     mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _reboot,
     mav.MAV_CMD_PREFLIGHT_STORAGE: _store,
     mav.MAV_CMD_GET_HOME_POSITION: requests.home_position,

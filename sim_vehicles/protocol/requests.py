@@ -12,6 +12,9 @@ from sim_vehicles.protocol.orders import Order
 _ACCEPTED: Final[int] = mav.MAV_RESULT_ACCEPTED
 _DENIED: Final[int] = mav.MAV_RESULT_DENIED
 _FASTEST_HZ: Final = 50
+_CRITICAL: Final = 2
+_NAK: Final = 129
+_UNKNOWN_COMMAND: Final = 7
 
 
 def autopilot_version(endpoint: Endpoint, order: Order) -> int:
@@ -31,6 +34,36 @@ def autopilot_version(endpoint: Endpoint, order: Order) -> int:
 def home_position(endpoint: Endpoint, order: Order) -> int:
     """Send HOME_POSITION."""
     return _telemetry(endpoint, "HOME_POSITION")
+
+
+def prearm_checks(endpoint: Endpoint, order: Order) -> int:
+    """RUN_PREARM_CHECKS: a text says what is wrong."""
+    reason = endpoint.pilot.why_not_arm(endpoint.index)
+    if reason is not None:
+        endpoint.pilot.say(endpoint.index, _CRITICAL, f"PreArm: {reason}")
+    return _ACCEPTED
+
+
+def on_log_list(endpoint: Endpoint, packet: Packet) -> None:
+    """LOG_REQUEST_LIST: there are none."""
+    endpoint.send("LOG_ENTRY")
+
+
+def on_file(endpoint: Endpoint, packet: Packet) -> None:
+    """FILE_TRANSFER_PROTOCOL: refused at once, so that nobody waits for files."""
+    asked = bytes(packet.message.payload)
+    number = (int.from_bytes(asked[:2], "little") + 1) & 0xFFFF
+    answer = bytearray(len(asked))
+    answer[:2] = number.to_bytes(2, "little")
+    answer[2:6] = asked[2], _NAK, 1, asked[3]
+    answer[12] = _UNKNOWN_COMMAND
+    endpoint.send(
+        "FILE_TRANSFER_PROTOCOL",
+        target_network=0,
+        target_system=packet.system,
+        target_component=packet.component,
+        payload=bytes(answer),
+    )
 
 
 _OWN: Final[dict[int, Callable[[Endpoint, Order], int]]] = {

@@ -14,6 +14,8 @@ HANDLERS: Final[Handlers] = {
     "COMMAND_LONG": commands.on_command,
     "COMMAND_INT": commands.on_command,
     "SET_MODE": commands.on_set_mode,
+    "FILE_TRANSFER_PROTOCOL": requests.on_file,
+    "LOG_REQUEST_LIST": requests.on_log_list,
     "REQUEST_DATA_STREAM": requests.on_data_stream,
     "SET_POSITION_TARGET_LOCAL_NED": setpoints.on_local,
     "SET_POSITION_TARGET_GLOBAL_INT": setpoints.on_global,
