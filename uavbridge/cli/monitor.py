@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from uavbridge.agent.orders import Verb
 from uavbridge.cli.command import KEYS, ROUTER, choose_mission, identity_of
 from uavbridge.errors import ConfigError
+
+if TYPE_CHECKING:
+    from uavbridge.bus.api import Bus
+    from uavbridge.monitor.choice import Send
+    from uavbridge.monitor.watch import MissionWatch
 
 
 @click.command()
@@ -36,29 +41,33 @@ def monitor(recording: Path | None, **options: Any) -> None:
     from rich.console import Console
 
     from uavbridge.bus.zenoh_bus import ZenohBus, find_missions
-    from uavbridge.command import send_order
     from uavbridge.monitor.terminal import run
-    from uavbridge.monitor.watch import MissionWatch
 
     router, identity = options["router"], identity_of(options["keys"])
     mission = choose_mission(find_missions(router, identity=identity), options["mission"], router)
     with ZenohBus(router, mission, identity=identity) as bus:
-        watch = MissionWatch(bus)
+        run(bus, lambda watch: _sender(bus, watch), Console())
 
-        def send(verb: Verb, agent: int | None) -> str:
-            replies = send_order(
-                bus,
-                verb,
-                agents=tuple(sorted(watch.agents)) if agent is None else (agent,),
-                everyone=agent is None,
-                name=os.urandom(8).hex(),
-                timeout_s=2.0,
-            )
-            refused = [f"agent {r.agent}: {r.reason}" for r in replies if not r.ok]
-            done = f"{verb.value}: {len(replies) - len(refused)} of {len(replies)} done"
-            return "; ".join([done, *refused])
 
-        run(watch, send, Console())
+def _sender(bus: Bus, watch: MissionWatch) -> Send:
+    from uavbridge.command import send_order
+
+    def send(verb: Verb, agent: int | None) -> str:
+        there = sorted(one.id for one in watch.agents.values() if one.alive is not False)
+        replies = send_order(
+            bus,
+            verb,
+            agents=tuple(there) if agent is None else (agent,),
+            everyone=agent is None,
+            name=os.urandom(8).hex(),
+            timeout_s=2.0,
+        )
+        refused = [f"agent {r.agent}: {r.reason}" for r in replies if not r.ok]
+        done = f"{verb.value}: {len(replies) - len(refused)} of {len(replies)} done"
+        took_s = max((reply.took_s for reply in replies), default=0.0)
+        return "; ".join([f"{done} in {took_s:.2f} s", *refused])
+
+    return send
 
 
 def _in_browser(recording: Path | None, options: dict[str, Any]) -> None:

@@ -183,6 +183,14 @@ class MissionWatch:
                 found[agent.id] = member
         return found
 
+    def heard_by(self) -> dict[int, list[int]]:
+        """By sender, ascending, those whom its frames reach."""
+        found: dict[int, list[int]] = {}
+        for receiver, senders in self._hearing().items():
+            for sender in senders:
+                found.setdefault(sender, []).append(receiver)
+        return dict(sorted(found.items()))
+
     def hears(self, agent: int) -> list[int]:
         """Those whose frames reach an agent, ascending."""
         return self._hearing().get(agent, [])

@@ -1,5 +1,7 @@
 """The terminal monitor: what is on the screen, and what the keys do."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,8 @@ from uavbridge.bus.api import Sample
 from uavbridge.bus.wire import DELTA, Frame
 from uavbridge.bus.wire import encode as encode_frame
 from uavbridge.config import to_toml
-from uavbridge.monitor.terminal import Choice, picture, press
+from uavbridge.monitor.choice import Choice, press
+from uavbridge.monitor.picture import picture
 from uavbridge.monitor.watch import MissionWatch
 from uavbridge.recording.topics import MissionRecord
 from uavbridge.recording.topics import encode as encode_record
@@ -65,6 +68,27 @@ def test_eighty_by_twenty_four_shows_everything_of_ten_agents():
     assert "()" in text  # the declared cell
     assert "██" in text  # a cell that surely holds a target
     assert text.splitlines()[4].rstrip().endswith("██│")  # north-east corner of the map
+
+
+def test_who_hears_whom_is_told():
+    watch = watched(3)
+    for agent in (1, 3):
+        at = (50.0 + 100 * (agent - 1), 150.0, 40.0)
+        frame = Frame(DELTA, agent, 2, 6 * SECOND, at, (0.0, 0.0, 0.0))
+        watch.apply(Sample(keys.air((0, 0), agent), encode_frame(frame)))
+    wide = [line.plain for line in picture(watch, Choice(), 200, 40)]
+    assert "heard by" in wide[4]
+    assert [line[40:62].split() for line in wide[5:8]] == [["2", "2", "3"], ["0"], ["2", "1", "2"]]
+    *_, detail, _ = picture(watch, Choice(chosen=2), 80, 24)
+    assert "agent 2: to cell 4,5; hears 1 3, heard by -" in detail.plain
+
+
+def test_a_hundred_agents_are_drawn_at_once():
+    watch = watched(100)
+    began = time.process_time()
+    for _ in range(5):
+        picture(watch, Choice(), 200, 120)
+    assert time.process_time() - began < 2.0  # of the 5 a second that it is drawn
 
 
 def test_more_agents_than_lines_are_counted():
