@@ -123,12 +123,12 @@ class Agent:
         )
 
     def _tell(self, inputs: Inputs) -> list[Effect]:
-        """The frame at the planner's rate; in the air the beacon, five times a second."""
+        """The frame at the planner's rate; the beacon five times a second, but landed."""
         state, t_us = inputs.state, inputs.t_us
         effects: list[Effect] = []
         if not state.has_position:
             return effects
-        shines = state.in_air and t_us % BEACON_US == 0
+        shines = (state.in_air or self.plan.drives) and t_us % BEACON_US == 0
         speaks = t_us % self._tick_us == 0 and self.phase not in ENDED
         if not (shines or speaks):
             return effects

@@ -1,29 +1,34 @@
-"""How an agent flies its vehicle: readiness, take-off, search, home, landing.
+"""How an agent flies, or drives, its vehicle: readiness, start, search, home, landing.
 
 ``Flight.step`` gets what happened and the planner's newest setpoint, and returns
-effects. Paths home cannot meet: each of the team rises to a height of its own,
-flies level to over its home, and descends when the column below is free; the
-safety filter holds through all of it.
+effects. Which velocities a phase wants is the ``Course``'s to say, by kind of
+vehicle; the safety filter holds through all of it.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import hypot
 
 import numpy as np
 
 from planners.types import Setpoint
-from uavbridge.agent.effects import Answer, Do, Effect, Inputs, Tell
-from uavbridge.agent.guidance import climb_to, towards, wanted
+from uavbridge.agent.course import Course
+from uavbridge.agent.driving import Driving
+from uavbridge.agent.effects import Do, Effect, Inputs, Tell
+from uavbridge.agent.flying import Flying
 from uavbridge.agent.handling import HANDLING
-from uavbridge.agent.orders import Ack, Order, Verb
-from uavbridge.agent.phases import ENDED, FOLLOWING, ORDERS, Phase, check
+from uavbridge.agent.obeying import Obeying
+from uavbridge.agent.orders import Order, Verb
+from uavbridge.agent.phases import DRIVEN, ENDED, FOLLOWING, Phase, check
 from uavbridge.agent.plan import SIMULATED, AgentPlan
 from uavbridge.clock import to_s
+from uavbridge.safety.envelope import Envelope
 from uavbridge.safety.filter import Traffic, Vector, constrain
 from uavbridge.vehicle.api import (
     Arm,
     Command,
+    Disarm,
     Done,
     Follow,
     HoldPosition,
@@ -39,6 +44,7 @@ from uavbridge.vehicle.api import (
     VehicleState,
 )
 
+STOPPED_M_S = 0.2
 SLOWEST_CLIMB_M_S = 0.5  # of a vehicle that takes off
 STRANGE_MODE_S = 0.3  # a mode we did not ask for, for so long: somebody has the vehicle
 NET_MARGIN_M = 20.0  # from what the bridge allows to where the autopilot's own net begins
@@ -46,25 +52,18 @@ LEAST_RETURN_M = 5.0  # above home, by the autopilot
 STALL_S = 0.5  # a step so late may have cost us the vehicle: then it is ours to take back
 STALL_MEMORY_S = 10.0
 WARNING = 4  # MAV_SEVERITY; texts less severe stay with the vehicle
-STILL: Vector = (0.0, 0.0, 0.0)
 NEVER_US = -(1 << 60)
-BY_VEHICLE = frozenset({Verb.HOLD, Verb.TAKEOVER, Verb.LAND, Verb.ABORT})
-ASKED_BY: dict[type, frozenset[Verb]] = {
-    HoldPosition: frozenset({Verb.HOLD}),
-    Follow: frozenset({Verb.TAKEOVER}),
-    LandHere: frozenset({Verb.LAND, Verb.ABORT}),
-}
 FAILSAFES = frozenset({Mode.HOLD, Mode.RETURN, Mode.LAND})
 OURS = FAILSAFES | {Mode.OFFBOARD}  # what our own vehicle may be in when we come back
 
 
 class Flight:
-    """The phase machine of one vehicle and the steering in each phase."""
+    """The phase machine of one vehicle."""
 
     def __init__(self, plan: AgentPlan) -> None:
         self.plan = plan
         self.phase = Phase.CONNECT
-        self.home: Vector = plan.start
+        self.course: Course = Driving(plan) if plan.drives else Flying(plan)
         self._way = plan.envelope  # on the way from home and back
         self.distance_m = 0.0
         self.failure = ""
@@ -73,15 +72,11 @@ class Flight:
         self._asked_us = NEVER_US  # newest command, repeated after plan.retry_s
         self._strange_us: int | None = None
         self._stalled_us = NEVER_US
-        self._post: Vector = plan.start  # where to stand still on order
-        self._handing = False  # the vehicle is being left to its autopilot's hold
-        self._taking = False  # and being taken back
-        self._owed: Order | None = None  # its answer waits for the vehicle's
+        self._orders = Obeying(plan.agent)
         self._last: Vector | None = None
         self._refusal = ""
         self._net_set = plan.net is None
         self._climbs = False  # it took off by our word
-        self._handling = HANDLING["multirotor"]
         self._effects: list[Effect] = []
         self._pending: list[Effect] = []
 
@@ -99,7 +94,8 @@ class Flight:
         if self._since_us == NEVER_US:  # a mission may be joined late
             self._since_us = inputs.t_us
         self._odometer(inputs.state)
-        self._handling = HANDLING[inputs.state.kind]
+        self._orders.effects = self._effects
+        self._learn_kind(inputs.state)
         if inputs.late_s > STALL_S:
             self._stalled_us = inputs.t_us
         for event in inputs.events:
@@ -129,28 +125,33 @@ class Flight:
                     self._tell(f"vehicle says: {text}")
             case Refused(SetNet(), reason) if self.phase is Phase.ARM:
                 self._fail(reason, inputs.t_us)
-            case Done(SetNet()):
-                self._net_set = True
-            case Done(TakeOff()):
-                self._climbs = True
             case Refused(Arm(), reason) if self.phase is Phase.ARM:
                 self._refused(reason, "arming refused: ")
             case Refused(command, reason):
                 self._refused(f"{type(command).__name__} refused: {reason}")
-                self._settle(ASKED_BY.get(type(command), frozenset()), reason, inputs.t_us)
-            case Done(Arm()) if self.phase is Phase.ARM:
-                self.home = _vector(inputs.state)
-                self._way = self.plan.envelope.holding(self.home)
+                self._orders.settle(command, reason, inputs.t_us)
+            case Done(command):
+                self._done(command, inputs)
+
+    def _done(self, command: Command, inputs: Inputs) -> None:
+        match command:
+            case SetNet():
+                self._net_set = True
+            case TakeOff():
+                self._climbs = True
+            case Arm() if self.phase is Phase.ARM:
+                self.course.home = _vector(inputs.state)
+                self._way = self.plan.envelope.holding(self.course.home)
                 self._enter(Phase.TAKEOFF, inputs.t_us)
-            case Done(Follow()) if self.phase is Phase.TAKEOFF:
+            case Follow() if self.phase is Phase.TAKEOFF:
                 self._enter(Phase.CLIMB, inputs.t_us)
-            case Done(Follow()) if self.phase is Phase.YIELDED and self._taking:
-                self._taking = False
+            case Follow() if self.phase is Phase.START:
+                self._enter(Phase.SEARCH, inputs.t_us)
+            case Follow() if self.phase is Phase.YIELDED and self._orders.taking:
+                self._orders.taking = False
                 self.failure = ""
                 self._enter(Phase.SEARCH, inputs.t_us)
-                self._settle(ASKED_BY[Follow], "", inputs.t_us)
-            case Done(command):
-                self._settle(ASKED_BY.get(type(command), frozenset()), "", inputs.t_us)
+        self._orders.settle(command, "", inputs.t_us)
 
     def _refused(self, reason: str, before: str = "") -> None:
         """Tell it, but once: what is refused is asked for again."""
@@ -165,7 +166,7 @@ class Flight:
                 self._give_up(state, t_us)
         elif not state.link_ok and to_s(t_us - state.t_us) > self.plan.silence_s:
             self._fail(f"vehicle silent for {self.plan.silence_s:g} s", t_us)
-        elif self.phase is Phase.TAKEOFF:
+        elif self.phase in (Phase.TAKEOFF, Phase.START):
             patience_s = self.plan.ready_timeout_s + self.plan.low_height_m / SLOWEST_CLIMB_M_S
             if to_s(t_us - self._since_us) > patience_s:
                 self._come_down(state, t_us)
@@ -175,8 +176,9 @@ class Flight:
     def _come_down(self, state: VehicleState, t_us: int) -> None:
         """It does not take off, or follows no setpoints there."""
         mode = state.mode_text or state.mode.value
-        why = f"take-off failed: {self._refusal or f'vehicle is in {mode}'}"
-        if state.in_air:
+        what = "start" if self.plan.drives else "take-off"
+        why = f"{what} failed: {self._refusal or f'vehicle is in {mode}'}"
+        if self._under_way(state):
             self.failure = why
             self._tell(why, failure=True)
             self._enter(Phase.LAND, t_us)
@@ -215,13 +217,8 @@ class Flight:
         if self.phase in (Phase.CONNECT, Phase.ARM):
             refusal = self._obey_on_the_ground(order, state, t_us)
         else:
-            refusal = self._obey_in_flight(order, state, t_us)
-        if refusal:
-            self._answer(order, refusal, t_us)
-        elif order.verb in BY_VEHICLE:
-            self._owed = order  # the answer comes with the vehicle's
-        else:
-            self._answer(order, "", t_us)
+            refusal = self._obey_on_the_way(order, state, t_us)
+        self._orders.answer(order, refusal, t_us)
 
     def _obey_on_the_ground(self, order: Order, state: VehicleState, t_us: int) -> str:
         if order.verb not in (Verb.RETURN, Verb.LAND, Verb.ABORT):
@@ -232,34 +229,19 @@ class Flight:
             self._give_up(state, t_us)
         return ""
 
-    def _obey_in_flight(self, order: Order, state: VehicleState, t_us: int) -> str:
+    def _obey_on_the_way(self, order: Order, state: VehicleState, t_us: int) -> str:
         """Why the order can not be followed now; nothing when it is."""
-        phases, after = ORDERS[order.verb]
-        if self.phase not in phases:
+        after = self._orders.phase_after(order, self.phase)
+        if after is None:
             return f"not in phase {self.phase.value}"
-        if order.verb is Verb.TAKEOVER:
-            self._taking = True
-            return ""
         if order.verb in (Verb.PAUSE, Verb.GOTO):
             x, y, z = order.position or _vector(state)
-            self._post = (x, y, z if z == z else _vector(state)[2])
-        self._handing = order.verb is Verb.HOLD
+            self.course.stay((x, y, z if z == z else _vector(state)[2]))
         if self.phase is not after:
             self._enter(after, t_us)
         return ""
 
-    def _answer(self, order: Order, refusal: str, t_us: int) -> None:
-        if order.id:
-            ack = Ack(order.id, self.plan.agent, order.verb.value, not refusal, refusal, t_us)
-            self._effects.append(Answer(ack))
-
-    def _settle(self, verbs: frozenset[Verb], refusal: str, t_us: int) -> None:
-        """The vehicle has done, or refused, what an order asked of it."""
-        if self._owed is not None and self._owed.verb in verbs:
-            self._answer(self._owed, refusal, t_us)
-            self._owed = None
-
-    # Flying
+    # Under way
 
     def _fly(
         self, state: VehicleState, t_us: int, setpoint: Setpoint | None, traffic: list[Traffic]
@@ -274,8 +256,12 @@ class Flight:
                 self._ask(Arm(), t_us)
         elif self.phase is Phase.TAKEOFF:
             self._take_off(state, position, t_us)
+        elif self.phase is Phase.START:
+            self._set_out(t_us)
         elif self.phase is Phase.LAND:
             self._land(state, t_us)
+        elif self.phase is Phase.PARK:
+            self._park(state, t_us)
         elif self.phase is Phase.YIELDED:
             self._leave_alone(state, t_us)
         elif self.phase in FOLLOWING:
@@ -290,10 +276,10 @@ class Flight:
             return
         x, y, _ = self.plan.start
         ground = 0.0 if self.plan.terrain is None else float(self.plan.terrain.height_at((x, y)))
-        self.home = (x, y, ground)
-        self._taking = self.plan.resumes and state.mode in OURS
+        self.course.home = (x, y, ground)
+        self._orders.taking = self.plan.resumes and state.mode in OURS
         mode = state.mode_text or state.mode.value
-        if self._taking:
+        if self._orders.taking:
             self._tell(f"takes over its vehicle in {mode}")
         else:
             self.failure = f"vehicle is in the air already, in {mode}: yielded"
@@ -302,31 +288,45 @@ class Flight:
 
     def _net(self, home: Vector) -> Net:
         """What the autopilot is to hold to on its own, around where it stands."""
-        way = self.plan.envelope.holding(home)
+        way, terrain = self.plan.envelope.holding(home), self.plan.terrain
         x, y, z = home
+        highest_m = 0.0 if terrain is None else float(terrain.heights.max())
         corners = [(e, n) for e in (way.west_m, way.east_m) for n in (way.south_m, way.north_m)]
         setpoint_loss_s, link_loss_s = self.plan.net or (0.0, 0.0)
         return Net(
             fence_radius_m=max(hypot(e - x, n - y) for e, n in corners) + NET_MARGIN_M,
-            fence_height_m=way.altitude_max_m - z + NET_MARGIN_M,
-            return_height_m=max(self.plan.return_height_m - z, LEAST_RETURN_M),
+            fence_height_m=highest_m + way.altitude_max_m - z + NET_MARGIN_M,
+            return_height_m=max(highest_m + self.plan.return_height_m - z, LEAST_RETURN_M),
             setpoint_loss_s=setpoint_loss_s,
             link_loss_s=link_loss_s,
         )
 
     def _take_off(self, state: VehicleState, position: Vector, t_us: int) -> None:
-        height_m = max(self.plan.low_height_m, self._handling.take_off_m)
-        if not self._handling.flies or position[2] - self.home[2] >= 0.8 * height_m:
-            self._effects.append(Do(SetVelocity(np.zeros(3))))
-            self._ask(Follow(), t_us)
+        height_m = max(self.plan.low_height_m, self.course.handling.take_off_m)
+        if position[2] - self.course.home[2] >= 0.8 * height_m:
+            self._set_out(t_us)
         elif state.mode is not Mode.TAKEOFF and not (self._climbs and state.mode is Mode.OFFBOARD):
             self._climbs = False
             self._ask(TakeOff(height_m), t_us)
 
+    def _set_out(self, t_us: int) -> None:
+        self._stop()
+        self._ask(Follow(), t_us)
+
+    def _park(self, state: VehicleState, t_us: int) -> None:
+        if not state.armed:
+            self._enter(Phase.DONE, t_us)
+            return
+        if state.mode is Mode.OFFBOARD:
+            self._stop()
+        if hypot(*state.velocity.tolist()) < STOPPED_M_S:
+            # PX4's rovers are "in the air" when armed, but in its mode for landing.
+            self._ask(LandHere() if state.in_air else Disarm(), t_us)
+
     def _land(self, state: VehicleState, t_us: int) -> None:
         if not state.armed and not state.in_air:
             self._enter(Phase.DONE, t_us)
-        elif self._handling.circles and state.mode is Mode.RETURN:
+        elif self.course.handling.circles and state.mode is Mode.RETURN:
             self._tell("circles over home by its autopilot, which is to land it")
             self._enter(Phase.DONE, t_us)
         elif state.mode is not Mode.LAND:
@@ -336,83 +336,57 @@ class Flight:
         """The vehicle is not ours, but for what an order says."""
         if not state.armed and not state.in_air:
             self._enter(Phase.DONE, t_us)
-        elif self._handing:
-            self._handing = state.mode is not Mode.HOLD
-            if self._handing:
+        elif self._orders.handing:
+            self._orders.handing = state.mode is not Mode.HOLD
+            if self._orders.handing:
                 self._ask(HoldPosition(), t_us)
-        elif self._taking:
-            self._effects.append(Do(SetVelocity(np.zeros(3))))
-            self._ask(Follow(), t_us)
+        elif self._orders.taking:
+            self._set_out(t_us)
 
     def _follow(
         self, state: VehicleState, t_us: int, setpoint: Setpoint | None, traffic: list[Traffic]
     ) -> None:
         position = _vector(state)
         vx, vy, vz = state.velocity.tolist()
-        velocity = self._steer(position, t_us, setpoint, traffic)
+        leg = self.course.steer(self.phase, position, t_us, setpoint, traffic)
+        if leg.after is not None:
+            self._arrive(leg.after, t_us)
         near_ground = self.phase in (Phase.CLIMB, Phase.DESCEND, Phase.LAND)
-        near_ground |= not self._handling.flies
-        searches = self.phase in (Phase.SEARCH, Phase.PAUSE)
         safe = constrain(
-            velocity,
+            leg.velocity,
             position,
             (vx, vy, vz),
             traffic,
-            self.plan.envelope if searches else self._way,
+            self._envelope(),
             keep_band=not near_ground,
         )
         self.limited_by = safe.limited_by
         self._effects.append(Do(SetVelocity(np.array(safe.velocity))))
 
-    def _steer(
-        self, position: Vector, t_us: int, setpoint: Setpoint | None, traffic: list[Traffic]
-    ) -> Vector:
-        """The velocity wanted in this phase; goes on to the next phase where this one is done."""
-        plan = self.plan
-        if self.phase is Phase.CLIMB:
-            off_m = hypot(position[0] - plan.start[0], position[1] - plan.start[1])
-            at_height = abs(position[2] - plan.start[2]) < self._handling.height_m
-            if at_height and off_m < self._handling.start_m:
-                self._enter(Phase.SEARCH, t_us)
-            return towards(plan.start, position, plan.envelope.speed_m_s)
-        if self.phase is Phase.SEARCH:
-            if setpoint is None:
-                return STILL
-            return wanted(setpoint, position, plan.start[2], plan.envelope)
-        if self.phase is Phase.RISE:
-            if abs(position[2] - plan.return_height_m) < self._handling.height_m:
-                self._enter(Phase.HOME, t_us)
-            return 0.0, 0.0, climb_to(plan.return_height_m, position[2])
-        if self.phase in (Phase.HOME, Phase.DESCEND):
-            return self._homewards(position, t_us, traffic)
-        return towards(self._post, position, plan.envelope.speed_m_s)
+    def _envelope(self) -> Envelope:
+        searches = self.phase in (Phase.SEARCH, Phase.PAUSE)
+        return self.plan.envelope if searches else self._way
 
-    def _homewards(self, position: Vector, t_us: int, traffic: list[Traffic]) -> Vector:
-        plan = self.plan
-        over_home = (self.home[0], self.home[1], plan.return_height_m)
-        x, y, z = towards(over_home, position, plan.envelope.speed_m_s)
-        if self.phase is Phase.DESCEND:
-            if position[2] - self.home[2] <= plan.low_height_m:
-                self._enter(Phase.LAND, t_us)
-            return x, y, -plan.envelope.sink_m_s
-        off_m = hypot(position[0] - over_home[0], position[1] - over_home[1])
-        if off_m < self._handling.home_m and self._column_free(position, traffic):
-            self._enter(Phase.LAND if self._handling.circles else Phase.DESCEND, t_us)
-        return x, y, z
+    def _learn_kind(self, state: VehicleState) -> None:
+        """The vehicle itself says what it is; one that drives gets the course of those."""
+        self.course.handling = HANDLING[state.kind]
+        if self.phase is Phase.CONNECT and not (self.course.handling.flies or self.plan.drives):
+            envelope = replace(self.plan.envelope, drives=True)
+            self.plan = replace(self.plan, drives=True, envelope=envelope)
+            self.course, self._way = Driving(self.plan), envelope
+            self.course.handling = HANDLING[state.kind]
 
-    def _column_free(self, position: Vector, traffic: list[Traffic]) -> bool:
-        """Nobody below who would be met; of two at one height the smaller id goes first."""
-        clear_m = 1.5 * self.plan.envelope.separation_m
-        mine = (round(position[2]), self.plan.agent)
-        return not any(
-            hypot(o.position[0] - self.home[0], o.position[1] - self.home[1]) < clear_m
-            and (round(o.position[2]), o.agent) < mine
-            for o in traffic
-        )
+    def _arrive(self, phase: Phase, t_us: int) -> None:
+        if self.course.trouble and not self.failure:
+            self.failure = self.course.trouble
+            self._tell(self.failure, failure=True)
+        self._enter(phase, t_us)
 
     # Small things
 
     def _enter(self, phase: Phase, t_us: int) -> None:
+        if self.plan.drives:
+            phase = DRIVEN.get(phase, phase)
         self.phase = check(self.phase, phase)
         self._since_us = t_us
         self._asked_us = NEVER_US
@@ -424,6 +398,12 @@ class Flight:
             self._asked_us = t_us
             self._effects.append(Do(command))
 
+    def _stop(self) -> None:
+        self._effects.append(Do(SetVelocity(np.zeros(3))))
+
+    def _under_way(self, state: VehicleState) -> bool:
+        return state.in_air or (self.plan.drives and state.armed)
+
     def _tell(self, text: str, failure: bool = False) -> None:
         self._effects.append(Tell(text, failure))
 
@@ -434,7 +414,7 @@ class Flight:
 
     def _odometer(self, state: VehicleState) -> None:
         here = _vector(state)
-        if state.in_air and self._last is not None:
+        if self._under_way(state) and self._last is not None:
             last = self._last
             self.distance_m += hypot(here[0] - last[0], here[1] - last[1], here[2] - last[2])
         self._last = here if state.has_position else None

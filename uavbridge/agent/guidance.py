@@ -6,6 +6,7 @@ from math import hypot, sqrt
 
 import numpy as np
 
+from planners.terrain import Terrain
 from planners.types import FlySegment, FlyVelocity, Goal, GoTo, Setpoint
 from uavbridge.safety.envelope import Envelope
 from uavbridge.safety.filter import Vector
@@ -14,6 +15,8 @@ HEIGHT_GAIN = 0.8  # 1/s
 CLOSE_GAIN = 0.7  # 1/s, slope of the approach to a point
 APPROACH_M_S2 = 1.5  # deceleration planned into a point
 LOOKAHEAD_S = 2.0  # how far ahead of a vehicle the point runs along a segment
+GROUND_S = (1.0, 2.0)  # how far ahead the ground is looked at that a vehicle follows
+SLOWEST = 0.1  # share of a speed that is kept on slopes steeper than a vehicle climbs
 
 
 def sound(goal: Goal) -> Goal:
@@ -51,6 +54,33 @@ def towards(target: Vector, position: Vector, speed_m_s: float) -> Vector:
         return 0.0, 0.0, climb_to(target[2], position[2])
     speed = min(speed_m_s, CLOSE_GAIN * distance, sqrt(2 * APPROACH_M_S2 * distance))
     return dx / distance * speed, dy / distance * speed, climb_to(target[2], position[2])
+
+
+def over_ground(
+    velocity: Vector, height_m: float, position: Vector, terrain: Terrain, envelope: Envelope
+) -> Vector:
+    """A velocity (m/s) that follows the ground at a height, slower where that is steep.
+
+    Args:
+        velocity: wanted, of which the horizontal part counts.
+        height_m: above the ground.
+        position: own, ENU m.
+        terrain: the ground.
+        envelope: gives the limits of climb and sink.
+    """
+    x, y, z = position
+    vx, vy, _ = velocity
+    near_s, far_s = GROUND_S
+    points = [(x, y), (x + vx * near_s, y + vy * near_s), (x + vx * far_s, y + vy * far_s)]
+    here, near, far = terrain.height_at(points).tolist()
+    rise = max((near - here) / near_s, (far - here) / far_s)  # m/s, at full speed
+    share = 1.0
+    if rise > envelope.climb_m_s:
+        share = envelope.climb_m_s / rise
+    elif rise < -envelope.sink_m_s:
+        share = envelope.sink_m_s / -rise
+    share = max(share, SLOWEST)
+    return vx * share, vy * share, rise * share + climb_to(here + height_m, z)
 
 
 def wanted(setpoint: Setpoint, position: Vector, height_m: float, envelope: Envelope) -> Vector:

@@ -16,32 +16,38 @@ class Phase(Enum):
 
     CONNECT = "connect"  # waits for its vehicle's heartbeat and position
     ARM = "arm"  # waits for readiness, then asks for the motors
+    START = "start"  # on the ground: waits to follow our setpoints
     TAKEOFF = "takeoff"  # climbs by the autopilot
     CLIMB = "climb"  # follows our setpoints to its start at search height
     SEARCH = "search"
     PAUSE = "hold"  # stands still on order
     RISE = "rise"  # straight up or down to its return height
-    HOME = "return"  # level flight to over home
+    HOME = "return"  # level flight to over home; the drive there
     DESCEND = "descend"  # straight down over home, when the column is free
     LAND = "land"  # by the autopilot
+    PARK = "park"  # on the ground: stops, and the motors with it
     DONE = "landed"
     YIELDED = "yielded"  # the autopilot or a pilot took the vehicle
     FAILED = "failed"
 
 
+_HOMEWARDS = (Phase.RISE, Phase.LAND, Phase.HOME, Phase.PARK)
+
 NEXT: dict[Phase, frozenset[Phase]] = {
     Phase.CONNECT: frozenset({Phase.ARM, Phase.YIELDED, Phase.DONE, Phase.FAILED}),
-    Phase.ARM: frozenset({Phase.TAKEOFF, Phase.CLIMB, Phase.DONE, Phase.FAILED}),
+    Phase.ARM: frozenset({Phase.START, Phase.TAKEOFF, Phase.CLIMB, Phase.DONE, Phase.FAILED}),
+    Phase.START: frozenset({Phase.SEARCH, Phase.PARK, Phase.YIELDED, Phase.FAILED}),
     Phase.TAKEOFF: frozenset({Phase.CLIMB, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
     Phase.CLIMB: frozenset(
         {Phase.SEARCH, Phase.PAUSE, Phase.RISE, Phase.LAND, Phase.YIELDED, Phase.FAILED}
     ),
-    Phase.SEARCH: frozenset({Phase.PAUSE, Phase.RISE, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
-    Phase.PAUSE: frozenset({Phase.SEARCH, Phase.RISE, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
+    Phase.SEARCH: frozenset({Phase.PAUSE, *_HOMEWARDS, Phase.YIELDED, Phase.FAILED}),
+    Phase.PAUSE: frozenset({Phase.SEARCH, *_HOMEWARDS, Phase.YIELDED, Phase.FAILED}),
     Phase.RISE: frozenset({Phase.HOME, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
-    Phase.HOME: frozenset({Phase.DESCEND, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
+    Phase.HOME: frozenset({Phase.DESCEND, Phase.LAND, Phase.PARK, Phase.YIELDED, Phase.FAILED}),
     Phase.DESCEND: frozenset({Phase.LAND, Phase.YIELDED, Phase.FAILED}),
     Phase.LAND: frozenset({Phase.DONE, Phase.YIELDED, Phase.FAILED}),
+    Phase.PARK: frozenset({Phase.DONE, Phase.YIELDED, Phase.FAILED}),
     Phase.YIELDED: frozenset({Phase.SEARCH, Phase.DONE, Phase.FAILED}),
     Phase.DONE: frozenset(),
     Phase.FAILED: frozenset(),
@@ -50,10 +56,17 @@ NEXT: dict[Phase, frozenset[Phase]] = {
 FOLLOWING = frozenset(
     {Phase.CLIMB, Phase.SEARCH, Phase.PAUSE, Phase.RISE, Phase.HOME, Phase.DESCEND}
 )
-RETURNING = frozenset({Phase.RISE, Phase.HOME, Phase.DESCEND, Phase.LAND})
+RETURNING = frozenset({Phase.RISE, Phase.HOME, Phase.DESCEND, Phase.LAND, Phase.PARK})
 ENDED = frozenset({Phase.DONE, Phase.FAILED})
 
-_FLYING = FOLLOWING | {Phase.TAKEOFF}
+# What a phase of flight is to a vehicle on the ground.
+DRIVEN: dict[Phase, Phase] = {
+    Phase.TAKEOFF: Phase.START,
+    Phase.RISE: Phase.HOME,
+    Phase.LAND: Phase.PARK,
+}
+
+_FLYING = FOLLOWING | {Phase.TAKEOFF, Phase.START}
 _ON_THE_WAY = FOLLOWING - RETURNING
 
 # In which phases an order is obeyed, and the phase it leads to.

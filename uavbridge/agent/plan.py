@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import inf, radians
 
 from planners.belief.merge import MergeRule, SensorModel
 from planners.planner import Planner
@@ -31,6 +31,8 @@ class AgentPlan:
     return_height_m: float
     duration_s: float  # mission time at which it returns by itself
     terrain: Terrain | None = None  # None: level ground
+    drives: bool = False  # its vehicle stays on the ground
+    climb_rad: float = radians(30.0)  # steepest slope that such a vehicle drives up
     sensing_m: float = 100.0  # how far around its vehicle the planner knows the terrain
     mission_mark: int = 0  # in every frame
     frame_bytes: float = inf  # the most that a frame may have, but for the planner's payload

@@ -107,8 +107,9 @@ def main(verbose: int) -> None:
 def launch(
     ctx: click.Context, /, mission: str | None, web: bool, connect: tuple[str, ...], **options: Any
 ) -> None:
-    """Fly MISSION (a TOML file; without it the built-in example).
+    """Fly MISSION: a TOML file, or a mission of the package by name, as zhou2023-rovers.
 
+    Without it the built-in example, liu2022, is flown.
     The vehicles are simulated, but for those that --connect or the mission's endpoints name.
     Without MISSION, as many fly as there are --connect, and the first one's home is the origin.
 

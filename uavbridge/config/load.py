@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from uavbridge.config.field_error import FieldError, dotted, line_of
 from uavbridge.config.mission import DEFAULT_PLANNER, Mission
 from uavbridge.errors import ConfigError
 
-EXAMPLE = "liu2022.toml"
+EXAMPLE = "liu2022"
 _LARGEST_FILE = 1_000_000  # characters
 
 
@@ -32,7 +33,8 @@ def load(
     """Read and check a mission file.
 
     Args:
-        path: of the file; None: the built-in example.
+        path: of the file, or the name of a mission of the package (``packaged``) where there is
+            no such file; None: the built-in example.
         overrides: values that replace the file's, by dotted key (``vehicles``,
             ``bus.router``); None values change nothing. Another planner than the file's takes
             none of the file's [parameters].
@@ -41,11 +43,20 @@ def load(
     Raises:
         ConfigError: the file cannot be read, or something in it is wrong.
     """
-    if path is None:
-        text = (files("uavbridge") / "missions" / EXAMPLE).read_text(encoding="utf-8")
-        return parse(text, EXAMPLE, overrides, planners=planners)
-    file = Path(path)
-    return _parsed(_read(file), str(path), overrides, planners, file.parent)
+    ours = packaged()
+    name = EXAMPLE if path is None else str(path)
+    file = Path(name)
+    if path is None or (name in ours and not file.exists()):
+        text = ours[name].read_text(encoding="utf-8")
+        return parse(text, f"{name}.toml", overrides, planners=planners)
+    return _parsed(_read(file), name, overrides, planners, file.parent)
+
+
+def packaged() -> dict[str, Traversable]:
+    """The missions that come with the package, by name."""
+    found = (files("uavbridge") / "missions").iterdir()
+    missions = {file.name: file for file in found if file.name.endswith(".toml")}
+    return {name.removesuffix(".toml"): missions[name] for name in sorted(missions)}
 
 
 def parse(
@@ -104,7 +115,8 @@ def _read(path: Path) -> str:
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path}: is not UTF-8 text (byte {error.start})") from None
     except FileNotFoundError:
-        raise ConfigError(f"{path}: no such mission file") from None
+        hint = "" if path.suffix else f"; missions of the package: {', '.join(packaged())}"
+        raise ConfigError(f"{path}: no such mission file{hint}") from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise ConfigError(f"{path}: cannot be read: {reason}") from None

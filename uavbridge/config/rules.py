@@ -11,7 +11,7 @@ from typing import Any
 from planners.belief.merge import MERGE_RULES
 from planners.planner import PlannerKind
 from planners.registry import bind, describe
-from sim_vehicles.flavour import PX4
+from sim_vehicles.crafts import CRAFTS
 from sim_vehicles.params import Parameters
 from uavbridge.config.field_error import FieldError, KeyPath
 from uavbridge.config.ground_rules import check_ground, check_on_ground
@@ -189,13 +189,16 @@ def _simulation(mission: Mission) -> None:
 
 def _autopilot_parameter(name: str, value: float) -> None:
     path = ("simulator", "parameters", name)
-    names = [parameter.name for parameter in PX4.table]
-    if name not in names:
+    tables = [craft.parameters for craft in CRAFTS.values() if craft.autopilot == "px4"]
+    having = [table for table in tables if any(one.name == name for one in table)]
+    if not having:
+        names = sorted({one.name for table in tables for one in table})
         near = get_close_matches(name.upper(), names, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
         raise FieldError(path, f"the autopilot has no such parameter{hint}")
     try:
-        Parameters(PX4.table, 1, {name: value})
+        for table in having:
+            Parameters(table, 1, {name: value})
     except ValueError as error:
         raise FieldError(path, str(error).removeprefix(f"parameter {name} ")) from None
 

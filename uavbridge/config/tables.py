@@ -161,7 +161,8 @@ class Safety(Table, frozen=True):
         float, Meta(gt=0.0, description="above home, or above the terrain")
     ] = 120.0
     speed_m_s: Annotated[float, Meta(gt=0.0, le=50.0, description="horizontal speed limit")] = 10.0
-    climb_m_s: Annotated[float, Meta(gt=0.0, le=20.0, description="climb and sink limit")] = 3.0
+    climb_m_s: Annotated[float, Meta(gt=0.0, le=20.0, description="climb limit")] = 3.0
+    sink_m_s: Annotated[float, Meta(gt=0.0, le=20.0, description="sink limit")] = 1.5
     setpoint_loss_s: Annotated[
         float,
         Meta(

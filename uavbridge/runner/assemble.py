@@ -12,6 +12,7 @@ from planners.belief.merge import MERGE_RULES, SensorModel
 from planners.planner import Planner, PlannerKind
 from planners.registry import bind
 from planners.search.mountain import signal
+from planners.terrain import Terrain
 from planners.types import F64
 from sim_vehicles.dynamics.wind import WindSpec
 from sim_vehicles.fleet import Fleet, VehicleSpec
@@ -23,10 +24,13 @@ from uavbridge.agent.plan import SIMULATED, AgentPlan, return_heights
 from uavbridge.bus.security import Identity
 from uavbridge.bus.tiles import Tiling
 from uavbridge.config import Mission
+from uavbridge.config.ground import Ground
+from uavbridge.config.tables import Kind, Point
 from uavbridge.errors import ConfigError
 from uavbridge.rng import stream
 from uavbridge.safety.envelope import Braking, Envelope
 
+ROVER_BRAKING = Braking(brake_m_s2=2.0, latency_s=0.6)
 LAYER_CLEARANCE = 1.2  # between return heights, in separation distances
 HICCUP_S = 0.5  # wall time for which a busy machine may hold up a process
 WIRE_S = 0.03  # wall time from a position to the setpoint that answers it, on a busy machine
@@ -82,11 +86,13 @@ def sensor_model(mission: Mission) -> SensorModel:
     return SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update)
 
 
-def envelope_of(mission: Mission) -> Envelope:
-    """What the safety filter enforces."""
+def envelope_of(mission: Mission, kind: Kind = "multirotor") -> Envelope:
+    """What the safety filter enforces for vehicles of a kind."""
     west, south, east, north = mission.grid.bounds
     s = mission.safety
     margin = s.fence_margin_m
+    drives = kind == "rover"
+    braking = ROVER_BRAKING if drives else Braking()
     return Envelope(
         west_m=west - margin,
         south_m=south - margin,
@@ -97,7 +103,11 @@ def envelope_of(mission: Mission) -> Envelope:
         speed_m_s=s.speed_m_s,
         climb_m_s=s.climb_m_s,
         separation_m=s.separation_m if s.separation else 0.0,
-        braking=Braking(latency_s=Braking().latency_s + wire_delay(mission)),
+        braking=Braking(braking.brake_m_s2, braking.latency_s + wire_delay(mission)),
+        sink_m_s=s.sink_m_s,
+        terrain=mission.terrain(),
+        drives=drives,
+        steepest_rad=pi / 2 if mission.ground is None else mission.ground.alpha_rad,
     )
 
 
@@ -110,35 +120,44 @@ def mission_mark(mission: Mission) -> int:
 def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
     """A plan for each agent, ascending ids. Nothing in it knows the targets."""
     scenario = mission.scenario()
-    envelope = envelope_of(mission)
+    terrain, ground = mission.terrain(), mission.ground or Ground()
+    members = mission.team()
+    envelopes = {kind: envelope_of(mission, kind) for kind in {m.kind for m in members}}
     clearance = LAYER_CLEARANCE * mission.safety.separation_m
-    heights = return_heights(len(scenario.team), envelope, clearance)
+    heights = return_heights(len(scenario.team), envelope_of(mission), clearance)
     return [
         AgentPlan(
-            agent=agent,
+            agent=member.id,
             seed=mission.seed,
             scenario=scenario,
             planner=planner,
             rule=MERGE_RULES[mission.belief.merge],
             sensor=sensor_model(mission),
             prior=np.full(scenario.grid.shape, mission.belief.prior),
-            envelope=envelope,
-            start=(float(start[0]), float(start[1]), float(start[2])),
+            envelope=envelopes[member.kind],
+            start=(*member.start, _height(terrain, member.start) + member.altitude_m),
             return_height_m=height,
             duration_s=mission.duration,
-            terrain=mission.terrain(),
-            sensing_m=100.0 if mission.ground is None else mission.ground.sensing_m,
+            terrain=terrain,
+            drives=member.kind == "rover",
+            climb_rad=ground.beta_rad,
+            sensing_m=ground.sensing_m,
             mission_mark=mission_mark(mission),
             frame_bytes=mission.radio.frame_bytes,
             keyframe_s=mission.radio.keyframe_s,
-            endpoint=mission.endpoint(agent) or SIMULATED,
-            net=_net(mission, agent),
+            endpoint=mission.endpoint(member.id) or SIMULATED,
+            net=_net(mission, member.id),
             ready_timeout_s=patience(mission, 60.0),
             retry_s=patience(mission, 2.0),
             silence_s=patience(mission, 5.0),
         )
-        for agent, start, height in zip(scenario.team, scenario.starts, heights, strict=True)
+        for member, height in zip(members, heights, strict=True)
     ]
+
+
+def _height(terrain: Terrain | None, place: Point) -> float:
+    """Of the ground, m."""
+    return 0.0 if terrain is None else float(terrain.height_at(place))
 
 
 def _net(mission: Mission, agent: int) -> tuple[float, float] | None:
@@ -152,13 +171,19 @@ def _net(mission: Mission, agent: int) -> tuple[float, float] | None:
 def fleet_of(mission: Mission, agents: tuple[int, ...]) -> Fleet:
     """The simulated vehicles of some agents, on the ground at their starts."""
     members = {member.id: member for member in mission.team()}
-    w = mission.wind
+    terrain, w = mission.terrain(), mission.wind
     return Fleet(
         [
-            VehicleSpec(system=agent, start=(*members[agent].start, 0.0), yaw_rad=pi / 2)
+            VehicleSpec(
+                system=agent,
+                start=(*members[agent].start, _height(terrain, members[agent].start)),
+                yaw_rad=pi / 2,
+                kind=members[agent].kind,
+            )
             for agent in agents
         ],
         origin=origin(mission),
+        terrain=terrain,
         model=mission.fleet.model,
         seed=mission.seed,
         wind=WindSpec((w.east_m_s, w.north_m_s, w.up_m_s), w.gust_m_s),

@@ -113,6 +113,8 @@ class Judge:
         )
         self._targets = set(mission.target_cells())
         self._team = mission.scenario().team
+        self._terrain = mission.terrain()
+        self._driving = frozenset(one.id for one in mission.team() if one.kind == "rover")
         self._frames = bus.subscribe("air/**")
         self._states = bus.subscribe(keys.state("*"))
         self._truth = bus.subscribe(keys.TRUTH)
@@ -159,7 +161,8 @@ class Judge:
             if truth is not None:
                 self._simulated = set(truth.ids) == set(self._team)
                 if self._simulated:
-                    self.separation.add(truth.t_us, truth.position)
+                    ground_m = self._ground(truth.ids, truth.position)
+                    self.separation.add(truth.t_us, truth.position, ground_m=ground_m)
                 if self._recorder:
                     self._recorder.write("truth", truth.t_us, sample.data)
         for sample in self._layers.drain():
@@ -176,6 +179,15 @@ class Judge:
         readable = keys.layer_of(key) and decode_layer(data, self.rejects)
         if readable and self._recorder:
             self._recorder.write(key, t_us, data)
+
+    def _ground(self, ids: tuple[int, ...], position: F64) -> float | F64:
+        """Heights below which vehicles do not count as near each other; rovers always do."""
+        if self._terrain is None and not self._driving:
+            return 0.0
+        ground = np.zeros(len(ids))
+        if self._terrain is not None:
+            ground = self._terrain.height_at(position)
+        return np.where([agent in self._driving for agent in ids], -inf, ground)
 
     def _overhear(self, data: bytes) -> None:
         """A person may end the mission with an order to all."""
@@ -309,7 +321,7 @@ class Judge:
         return report.phase in _ENDED or to_s(t_us - report.t_us) > self._silence_s
 
     def _separation_by_reports(self, t_us: int) -> None:
-        flying = [r.position for r in self.reports.values() if r.in_air]
+        flying = [r.position for r in self.reports.values() if r.in_air or r.agent in self._driving]
         self.separation.add(t_us, np.array(flying).reshape(-1, 3), ground_m=-inf)
 
     def failures(self) -> tuple[str, ...]:

@@ -21,8 +21,14 @@ class SeparationWatch:
         self._last: F64 | None = None
         self._pairs: tuple[I64, I64] = (np.zeros(0, np.int64), np.zeros(0, np.int64))
 
-    def add(self, t_us: int, position: F64, *, ground_m: float = 0.0) -> None:
-        """Positions (n, 3) ENU m of the same vehicles in the same order as before."""
+    def add(self, t_us: int, position: F64, *, ground_m: float | F64 = 0.0) -> None:
+        """Positions (n, 3) ENU m of the same vehicles in the same order as before.
+
+        Args:
+            t_us: mission time.
+            position: theirs.
+            ground_m: height of the ground, of all or (n,); -inf: one that counts there too.
+        """
         last = self._last
         self._last = position
         if last is None or len(last) != len(position):

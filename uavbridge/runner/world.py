@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from planners.types import F64
+import numpy as np
+
+from planners.terrain import Terrain
+from planners.types import F64, Bools
 from sim_vehicles.fleet import Fleet
 from sim_vehicles.world.payload import Sensor
 from sim_vehicles.world.signals import SignalReceiver
@@ -34,6 +37,8 @@ class Senses:
         sensor: what looks at the ground from them; None: nothing.
         bus: where readings go.
         receiver: what hears the targets from them; None: nothing.
+        terrain: sensors look from the height above it; None: level ground at 0.
+        driving: (n,) which vehicles stand on the ground.
     """
 
     def __init__(
@@ -42,11 +47,15 @@ class Senses:
         sensor: Sensor | None,
         bus: Bus,
         receiver: SignalReceiver | None = None,
+        terrain: Terrain | None = None,
+        driving: Bools | None = None,
     ) -> None:
         self._agents = agents
         self._sensor = sensor
         self._bus = bus
         self._receiver = receiver
+        self._terrain = terrain
+        self._driving = np.zeros(len(agents), np.bool_) if driving is None else driving
 
     def step(self, t_us: int, position: F64) -> None:
         """Publish what is sensed at ``t_us`` from positions (n, 3) ENU m."""
@@ -57,11 +66,20 @@ class Senses:
 
     def _look(self, sensor: Sensor, t_us: int, position: F64) -> None:
         looks: defaultdict[int, list[tuple[int, int, bool]]] = defaultdict(list)
-        for sighting in sensor.look(t_us, position):
+        for sighting in sensor.look(t_us, self._lifted(position)):
             looks[sighting.vehicle].append((*sighting.cell, sighting.detected))
         for vehicle, seen in looks.items():
             data = encode_readings(Readings(t_us, tuple(seen)))
             self._bus.publish(keys.obs(self._agents[vehicle]), data)
+
+    def _lifted(self, position: F64) -> F64:
+        """Positions (n, 3) with their heights above the ground."""
+        if self._terrain is None and not self._driving.any():
+            return position
+        ground = 0.0 if self._terrain is None else self._terrain.height_at(position)
+        # Who stands on the ground looks at its own cell, however low.
+        height = np.where(self._driving, np.inf, position[:, 2] - ground)
+        return np.column_stack((position[:, :2], height))
 
     def _listen(self, receiver: SignalReceiver, t_us: int, position: F64) -> None:
         heard: defaultdict[int, list[tuple[int, float, bool]]] = defaultdict(list)
@@ -110,7 +128,9 @@ def senses_of(
     receiver = assemble.receiver_of(mission, agents)
     if sensor is None and receiver is None:
         sensor = assemble.sensor_of(mission, agents)
-    return Senses(agents, sensor, bus, receiver)
+    kinds = {member.id: member.kind for member in mission.team()}
+    driving = np.array([kinds[agent] == "rover" for agent in agents])
+    return Senses(agents, sensor, bus, receiver, mission.terrain(), driving)
 
 
 def world_of(

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf, sqrt
+from math import inf, pi, sqrt
+
+from planners.terrain import Terrain
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +47,10 @@ class Braking:
             return max(0.5 * left_m, -2.0)
         return sqrt(factor_m_s2 * left_m)
 
+    def stopping(self, speed_m_s: float) -> float:
+        """Way (m) to a stop from a speed."""
+        return speed_m_s * self.latency_s + speed_m_s * speed_m_s / (2 * self.brake_m_s2)
+
     def reach(self, speed_m_s: float) -> float:
         """Room (m) beyond which two vehicles at ``speed_m_s`` leave each other alone."""
         return 2 * speed_m_s * self.latency_s + speed_m_s * speed_m_s / self.brake_m_s2
@@ -58,7 +64,10 @@ ROUND_HOME_M = 20.0  # between a home outside the area and the fence that is mad
 
 @dataclass(frozen=True, slots=True)
 class Envelope:
-    """Where a vehicle may be and how fast it may go. Mission frame, ENU."""
+    """Where a vehicle may be and how fast it may go. Mission frame, ENU.
+
+    Altitudes are those above the terrain, where there is one.
+    """
 
     west_m: float
     south_m: float
@@ -71,6 +80,9 @@ class Envelope:
     sink_m_s: float = 1.5
     separation_m: float = 10.0  # distance that the filter keeps; 0: filter off
     braking: Braking = Braking()
+    terrain: Terrain | None = None
+    drives: bool = False  # it stays on the ground: no altitudes, no vertical speed
+    steepest_rad: float = pi / 2  # steepest ground that a vehicle drives on
 
     def holding(self, place: tuple[float, float, float]) -> Envelope:
         """The same, with a fence as much wider as a home outside it needs."""

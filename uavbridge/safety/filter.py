@@ -18,14 +18,18 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 from typing import NamedTuple, TypeAlias
 
+from uavbridge.safety import ground
 from uavbridge.safety.envelope import DRIFT_M, Envelope
+from uavbridge.safety.half_space import HalfSpace, Vector
 
-Vector: TypeAlias = tuple[float, float, float]
+__all__ = ["Filtered", "HalfSpace", "Traffic", "Vector", "constrain"]
+
 Wall: TypeAlias = tuple[float, float, float, float, float]  # normal, room to it, speed towards it
 
 ROUNDS = 8  # of cyclic projection; what is left over is scaled away
 SIDESTEP = 0.5  # share of a blocked approach that goes to the right instead
 TOUCHING_M = 1e-6
+BENT_M_S = 1e-3  # a difference of velocities that counts
 
 
 class Traffic(NamedTuple):
@@ -36,25 +40,12 @@ class Traffic(NamedTuple):
     velocity: Vector
 
 
-class HalfSpace(NamedTuple):
-    """The rule ``x vx + y vy + z vz <= limit`` with a unit normal."""
-
-    x: float
-    y: float
-    z: float
-    limit: float
-
-    def along(self, v: Vector) -> float:
-        """Speed of ``v`` into the rule's direction."""
-        return self.x * v[0] + self.y * v[1] + self.z * v[2]
-
-
 @dataclass(frozen=True, slots=True)
 class Filtered:
     """A safe velocity and what bent it."""
 
     velocity: Vector
-    limited_by: tuple[str, ...]  # of "speed", "fence", "altitude", "separation"
+    limited_by: tuple[str, ...]  # of "speed", "fence", "altitude", "separation", "ground"
 
 
 def constrain(
@@ -77,8 +68,10 @@ def constrain(
         keep_band: False on the way up from or down to the ground, where the
             lower end of the altitude band does not hold.
     """
+    if envelope.drives:
+        return _on_ground(wanted, position, velocity, traffic, envelope)
     named = [("fence", rule) for rule in _fence(position, velocity, envelope)]
-    named += [("altitude", rule) for rule in _band(position[2], velocity[2], envelope, keep_band)]
+    named += _heights(position, velocity, envelope, keep_band)
     separation = _separation(position, velocity, traffic, envelope)
     named += [("separation", rule) for rule, _ in separation]
     limited = [name for name, rule in named if rule.along(wanted) > rule.limit + 1e-9]
@@ -86,8 +79,57 @@ def constrain(
     if slow != wanted:
         limited.append("speed")
     rules = [rule for _, rule in named]
-    safe = _project(_sidestep(slow, separation), rules, envelope)
+    aim = _sidestep(slow, separation)
+    if envelope.terrain is None:
+        safe = _project(aim, rules, envelope)
+    else:
+        safe, bent = _over_ground(aim, position, velocity, rules, envelope, keep_band)
+        limited += ["ground"] if bent else []
     return Filtered(safe, tuple(dict.fromkeys(limited)))
+
+
+def _on_ground(
+    wanted: Vector, position: Vector, velocity: Vector, traffic: Iterable[Traffic], e: Envelope
+) -> Filtered:
+    """All rules in the plane: others keep their distance there, whatever their height."""
+    here, going = _level(position), _level(velocity)
+    others = [Traffic(one.agent, _level(one.position), _level(one.velocity)) for one in traffic]
+    separation = _separation(here, going, others, e)
+    named = [("fence", rule) for rule in _fence(here, going, e)]
+    named += [("separation", rule) for rule, _ in separation]
+    asked = _level(wanted)
+    limited = [name for name, rule in named if rule.along(asked) > rule.limit + 1e-9]
+    rules = [rule for _, rule in named]
+    free = _project(_sidestep(_limit_speed(asked, e), separation), rules, e)
+    safe = ground.drivable(free, position, e)
+    limited += ["speed"] if hypot(asked[0], asked[1]) > e.speed_m_s else []
+    limited += ["ground"] if safe != free else []
+    return Filtered(_level(safe), tuple(dict.fromkeys(limited)))
+
+
+def _level(vector: Vector) -> Vector:
+    return vector[0], vector[1], 0.0
+
+
+def _over_ground(
+    aim: Vector,
+    position: Vector,
+    velocity: Vector,
+    rules: list[HalfSpace],
+    e: Envelope,
+    keep_band: bool,
+) -> tuple[Vector, bool]:
+    """A velocity that keeps the rules and leads over the ground, and whether that bent it."""
+    clearance = e.altitude_min_m if keep_band else ground.LOW_M
+    first = _project(aim, rules, e)
+    safe = ground.above(first, position, velocity, e, clearance)
+    if safe == first:
+        return safe, False
+    again = _project(safe, rules, e)
+    over = ground.above(again, position, velocity, e, clearance)
+    if hypot(over[0] - again[0], over[1] - again[1]) < BENT_M_S and over[2] <= again[2] + BENT_M_S:
+        return again, True
+    return _project((0.0, 0.0, max(over[2], 0.0)), rules, e), True
 
 
 def _fence(position: Vector, velocity: Vector, e: Envelope) -> list[HalfSpace]:
@@ -100,6 +142,19 @@ def _fence(position: Vector, velocity: Vector, e: Envelope) -> list[HalfSpace]:
         (0.0, -1.0, 0.0, y - e.south_m - DRIFT_M, -vy),
     )
     return _near(walls, e.speed_m_s, e)
+
+
+def _heights(
+    position: Vector, velocity: Vector, e: Envelope, keep_band: bool
+) -> list[tuple[str, HalfSpace]]:
+    if e.terrain is None:
+        band = _band(position[2], velocity[2], e, keep_band)
+        return [("altitude", rule) for rule in band]
+    named = [("altitude", rule) for rule in ground.ceiling(position, velocity, e)]
+    if keep_band:
+        floor = ground.floor(position, velocity, e, e.altitude_min_m)
+        named += [("ground", rule) for rule in floor]
+    return named
 
 
 def _band(z: float, vz: float, e: Envelope, keep_band: bool) -> list[HalfSpace]:

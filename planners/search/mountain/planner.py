@@ -172,14 +172,15 @@ def _heard(
     places = np.array([place, *(other.position for other in others)])
     rows = fresh((k,), len(targets), members, np.zeros((k, 3))).told.map(np.copy)
     rows.free[1:] = [other.told.free for other in others]
+    columns = {target: column for column, target in enumerate(targets.tolist())}
     for row, other in enumerate(others, 1):
         told = other.told
-        rows.task[row] = np.searchsorted(targets, told.task) if told.task >= 0 else -1
+        rows.task[row] = columns[told.task] if told.task >= 0 else -1
         rows.first[row], rows.leads[row] = told.first, told.leads
         rows.strength[row], rows.best[row] = told.strength, told.best
         rows.best_place[row] = told.best_place
         rows.roster[row, : len(told.roster)] = told.roster
-        rows.found[row] = np.isin(targets, told.found)
+        rows.found[row, [columns[target] for target in told.found]] = True
     mine = robots.told
     table = Messages(
         *(
