@@ -41,8 +41,8 @@ _SETTINGS: dict[str, Any] = {
     "transport/shared_memory/enabled": False,
     # a router that accepts but never answers
     "transport/unicast/open_timeout": 2000,
-    # a frozen process is gone after two seconds
-    "transport/link/tx/lease": 2000,
+    # a frozen process is gone within two seconds
+    "transport/link/tx/lease": 1500,
     "transport/link/tx/queue/size/data": 16,
     "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 5000,
 }

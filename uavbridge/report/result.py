@@ -55,6 +55,14 @@ class AgentResult:
     frames_heard: int = 0
     bytes_sent: int = 0
     bytes_heard: int = 0
+    bytes_offered: int = 0  # to its radio
+    map_bytes_sent: int = 0  # of what was sent, for the map
+    dropped: Mapping[str, int] = field(default_factory=dict)  # frames it did not hear, by reason
+    dropped_bytes: Mapping[str, int] = field(default_factory=dict)
+    rejected: Mapping[str, int] = field(default_factory=dict)  # impossible frames, by reason
+
+
+PROCESS = "process"  # kind of events: an agent's process died, or another took over
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +97,7 @@ class MissionResult:
     targets: tuple[TargetResult, ...] = ()
     false_targets: tuple[tuple[int, int], ...] = ()  # cells
     agents: tuple[AgentResult, ...] = ()
+    radio: str = ""  # what was emulated of it; empty: nothing, or not known
     min_separation_m: float = float("nan")  # airborne pairs, all phases
     coverage_goal: float = float("nan")
     separation_limit_m: float = float("nan")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterable
 
 import msgspec
 from msgspec import Struct
 
 from uavbridge.report.quantity import count, data_size, duration, number, plain
-from uavbridge.report.result import AgentResult, MissionResult
+from uavbridge.report.result import PROCESS, AgentResult, Event, MissionResult
 
 _WIDTH = 80
 _LISTED = 4  # targets, false targets and failures that the screen names one by one
@@ -33,6 +34,19 @@ class AgentSummary(Struct, frozen=True):
     frames_heard: int
     bytes_sent: int
     bytes_heard: int
+    bytes_offered: int
+    map_bytes_sent: int
+    dropped: dict[str, int]  # frames, by reason
+    dropped_bytes: dict[str, int]
+    rejected: dict[str, int]
+
+
+class Death(Struct, frozen=True):
+    """A process of an agent's that died; ``back_s``: when another took over."""
+
+    agent: int
+    t_s: float
+    back_s: float | None
 
 
 class Summary(Struct, frozen=True):
@@ -51,8 +65,10 @@ class Summary(Struct, frozen=True):
     agents: list[AgentSummary]
     min_separation_m: float | None
     failures: list[str]
+    deaths: list[Death]
     digest: str
     out: str
+    radio: str  # what was emulated of it
 
 
 def summarise(result: MissionResult) -> Summary:
@@ -71,9 +87,24 @@ def summarise(result: MissionResult) -> Summary:
         agents=[_agent(agent) for agent in result.agents],
         min_separation_m=_finite(result.min_separation_m),
         failures=[_valid(text) for text in result.failures],
+        deaths=_deaths(result.events),
         digest=result.digest,
         out=_valid(result.out),
+        radio=_valid(result.radio),
     )
+
+
+def _deaths(events: Iterable[Event]) -> list[Death]:
+    deaths: dict[int, list[Death]] = {}
+    for event in events:
+        if event.kind != PROCESS or event.agent is None:
+            continue
+        known = deaths.setdefault(event.agent, [])
+        if known and known[-1].back_s is None:
+            known[-1] = Death(event.agent, known[-1].t_s, event.t_s)
+        else:
+            known.append(Death(event.agent, event.t_s, None))
+    return sorted((death for each in deaths.values() for death in each), key=lambda d: d.t_s)
 
 
 def summary_json(result: MissionResult) -> bytes:
@@ -105,6 +136,8 @@ def summary_text(result: MissionResult) -> str:
         _row("agents", _states(result)),
         _row("flown", f"{flown / 1000:.1f} km"),
         _row("radio", _radio(result)),
+        *([_row("emulated", plain(result.radio))] if result.radio else ()),
+        *_lost(result),
         *(_listing("notes", [plain(text) for text in result.notes]) if result.notes else ()),
         *_listing("failures", [plain(text) for text in result.failures]),
         _row("digest", result.digest or "-"),
@@ -161,6 +194,20 @@ def _radio(result: MissionResult) -> str:
     return f"{count(sent)} frames sent ({sent_bytes}), {count(heard)} heard ({heard_bytes})"
 
 
+def _lost(result: MissionResult) -> list[str]:
+    """What the radio did not deliver, and what nobody was to hear; nothing where there is none."""
+    dropped, rejected = Counter[str](), Counter[str]()
+    for agent in result.agents:
+        dropped.update(agent.dropped)
+        rejected |= Counter(agent.rejected)  # agents of one process have one count
+    rows = []
+    for name, counts in (("not heard", dropped), ("rejected", rejected)):
+        if counts:
+            told = ", ".join(f"{count(n)} {plain(why)}" for why, n in counts.most_common())
+            rows.append(_row(name, told))
+    return rows
+
+
 def _row(name: str, text: str) -> str:
     return f"  {name:<13} {text}"
 
@@ -174,6 +221,11 @@ def _agent(agent: AgentResult) -> AgentSummary:
         frames_heard=agent.frames_heard,
         bytes_sent=agent.bytes_sent,
         bytes_heard=agent.bytes_heard,
+        bytes_offered=agent.bytes_offered,
+        map_bytes_sent=agent.map_bytes_sent,
+        dropped=dict(agent.dropped),
+        dropped_bytes=dict(agent.dropped_bytes),
+        rejected=dict(agent.rejected),
     )
 
 

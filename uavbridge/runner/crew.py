@@ -25,7 +25,7 @@ from uavbridge.errors import UavbridgeError
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import EventRecord
 from uavbridge.replay.record import ENDED_PHASES, Listener
-from uavbridge.report.result import Event
+from uavbridge.report.result import PROCESS, Event
 from uavbridge.runner.briefing import Brief
 from uavbridge.runner.child import end, spawn
 from uavbridge.runner.control import AHEAD_US
@@ -148,12 +148,12 @@ class Crew:
                 continue
             if not sample.data:
                 self.dead[agent] = t_us
-                events.append(Event(to_s(t_us), DIED, agent))
+                events.append(Event(to_s(t_us), DIED, agent, PROCESS))
             elif self.dead.pop(agent, None) is not None:
-                events.append(Event(to_s(t_us), "its process is back", agent))
+                events.append(Event(to_s(t_us), "its process is back", agent, PROCESS))
         for event in events:
             _log.warning("agent %d: %s", event.agent, event.text)
-            record = EventRecord("process", event.text, event.agent or 0)
+            record = EventRecord(PROCESS, event.text, event.agent or 0)
             self._recorder.record("event", t_us, record)
         return events
 
@@ -198,7 +198,7 @@ def _event(agent: int | None, data: bytes, t_us: int) -> list[Event]:
         return []
     who = "router" if agent is None else f"agent {agent}"
     _log.log(logging.INFO if agent else logging.WARNING, "%s: %s", who, record.text)
-    return [Event(to_s(t_us), record.text, agent)]
+    return [Event(to_s(t_us), record.text, agent, record.kind)]
 
 
 def _listed(agents: Iterable[int]) -> str:
