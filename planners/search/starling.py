@@ -42,6 +42,8 @@ from planners.terrain import Terrain
 from planners.types import F64, FlyVelocity, Goal, Scenario, View
 
 _PLAN_S = 2.0  # time between two tries to plan a way
+_SAMPLES = 1200  # of a tree
+_ASIDE = (1.0, 0.6, 0.3, 0.0)  # shares of the distance to high ground beside a way, tried in order
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +60,22 @@ class StarlingParams(StarlingRules):
         100.0, unit="m", doc="nearer to the aim, the flock turns to the point opposite", low=0.0
     )
     clearance_m: float = param(25.0, unit="m", doc="least height above ground", low=0.0)
+    aside_m: float = param(
+        150.0,
+        unit="m",
+        doc="ground higher than the way is left so far to the side where there is room; nearer, "
+        "space is dangerous",
+        low=0.0,
+        high=1000.0,
+    )
+    lead_s: float = param(
+        0.0,
+        unit="s",
+        doc="what the flock wants is asked of the vehicle so far ahead, at least a tick: as long "
+        "as its course takes to follow",
+        low=0.0,
+        high=10.0,
+    )
     bank_rad: float = param(0.785, unit="rad", doc="largest bank in turns", low=0.05, high=1.4)
     margin_m: float = param(
         15.0, unit="m", doc="the boundary lies this far inside the area's edges", low=0.0
@@ -103,7 +121,7 @@ class Starling:
             limits,
             Watch(self.params.clearance_m, ceiling_m=self.scenario.limits.altitude_max_m),
             view.terrain,
-            None,
+            self._beside(view),
             aim,
         )
         done = update(
@@ -115,9 +133,8 @@ class Starling:
             setting,
             self.scenario.tick_s,
         )
-        flown = wing.flown(flock.velocity[:1], done.acceleration[:1], limits, self.scenario.tick_s)[
-            0
-        ]
+        lead = max(self.scenario.tick_s, self.params.lead_s)
+        flown = wing.flown(flock.velocity[:1], done.acceleration[:1], limits, lead)[0]
         ages = float(done.danger_s[0]), float(done.alarm_s[0])
         after = replace(told, danger_s=ages[0], alarm_s=ages[1])
         goal = Goal(
@@ -165,6 +182,15 @@ class Starling:
             np.array([own.alarm_s, *(one.alarm_s for one in heard)]),
         )
 
+    def _beside(self, view: View) -> Terrain | None:
+        """The ground about the agent, widened: where its height is that of high ground beside."""
+        if view.terrain is None or self.params.aside_m == 0.0:
+            return None
+        place, aside = view.position, self.params.aside_m
+        if not np.isfinite(place).all():
+            return None
+        return route.widened(view.terrain.around(place, aside + view.terrain.cell_m), aside)
+
     def _aim(self, leg: int, view: View) -> F64:
         """The aim of a leg (3,): even ones go to the aim, odd ones to the point opposite."""
         west, south, east, north = self.scenario.grid.bounds
@@ -211,14 +237,18 @@ class Starling:
             clearance_m=self.params.clearance_m,
             ceiling_m=limits.altitude_max_m,
             climb_rad=math.pi / 4.0,
+            margins_m=tuple(share * self.params.aside_m for share in _ASIDE),
             step_m=max(3.0 * self._speed, 2.0 * ground.cell_m),
-            samples=400,
+            samples=_SAMPLES,
             ways=2,
         )
-        way = route.plan(
-            ground, view.position, view.heading_rad, goal, rules, self._wing, self._speed, rng
-        )
-        return None if way is None or len(way) > message.POINTS else way
+        flown_at = rules, self._wing, self._speed
+        for margin in rules.margins_m:
+            wide = route.widened(ground, margin)
+            way = route.plan(wide, view.position, view.heading_rad, goal, *flown_at, rng)
+            if way is not None and len(way) <= message.POINTS:
+                return way
+        return None
 
     def _setpoint(self, view: View, velocity: F64) -> FlyVelocity:
         """The velocity (3,) inside area, altitude band and limits."""
