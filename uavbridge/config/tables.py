@@ -17,6 +17,9 @@ Probability = Annotated[float, Meta(gt=0.0, lt=1.0)]
 Kind: TypeAlias = Literal["multirotor", "rover", "plane"]
 AgentId = Annotated[int, Meta(ge=1, le=MAX_VEHICLES)]
 Port = Annotated[int, Meta(ge=1024, le=65535)]
+Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+Delay = Annotated[float, Meta(ge=0.0, le=60.0)]
+Rate = Annotated[float, Meta(ge=1.0)]
 
 
 class Table(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -121,12 +124,50 @@ class Target(Table, frozen=True):
     position: Annotated[Point, Meta(description="[x, y] in m, inside the area")]
 
 
+class RadioLink(Table, frozen=True, rename={"sender": "from", "receiver": "to"}):
+    """What is different on some links; an absent key is as in [radio]."""
+
+    sender: Annotated[AgentId | None, Meta(description="agent id; absent: every agent")] = None
+    receiver: Annotated[AgentId | None, Meta(description="agent id; absent: every agent")] = None
+    range_m: Annotated[float | None, Meta(description="as in [radio]")] = None
+    loss: Annotated[Share | None, Meta(description="as in [radio]")] = None
+    burst_enter: Annotated[Share | None, Meta(description="as in [radio]")] = None
+    burst_leave: Annotated[Share | None, Meta(description="as in [radio]")] = None
+    burst_loss: Annotated[Share | None, Meta(description="as in [radio]")] = None
+    delay_s: Annotated[Delay | None, Meta(description="as in [radio]")] = None
+    jitter_s: Annotated[Delay | None, Meta(description="as in [radio]")] = None
+    bytes_per_s: Annotated[Rate | None, Meta(description="bandwidth of this link alone")] = None
+
+
 class Radio(Table, frozen=True):
     """The emulated radio between agents."""
 
     range_m: Annotated[
         float, Meta(gt=0.0, description="inf, the default: everybody hears everybody")
     ] = inf
+    loss: Annotated[Share, Meta(description="probability that a frame is lost, each by itself")] = (
+        0.0
+    )
+    burst_enter: Annotated[
+        Share,
+        Meta(description="probability a tick that a burst of losses begins (Gilbert-Elliott)"),
+    ] = 0.0
+    burst_leave: Annotated[
+        Share, Meta(description="probability a tick that it ends; mean length 1 / burst_leave")
+    ] = 0.1
+    burst_loss: Annotated[
+        Share, Meta(description="probability that a frame is lost during a burst")
+    ] = 1.0
+    delay_s: Annotated[Delay, Meta(description="time that every frame takes")] = 0.0
+    jitter_s: Annotated[Delay, Meta(description="and at most so much more, uniformly")] = 0.0
+    bytes_per_s: Annotated[Rate, Meta(description="bandwidth of each sender; inf: unlimited")] = inf
+    queue_s: Annotated[
+        Delay, Meta(description="so long a frame may wait for bandwidth; then it is lost")
+    ] = 2.0
+    links: Annotated[
+        tuple[RadioLink, ...],
+        Meta(description="links of their own; of two for one link the later one counts"),
+    ] = ()
     frame_bytes: Annotated[
         float,
         Meta(ge=128.0, description="the most that a frame may have; inf: no limit"),

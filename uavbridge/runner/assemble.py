@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import hypot, pi
 from pathlib import Path
 from zlib import crc32
 
@@ -22,9 +22,11 @@ from sim_vehicles.world.signals import ReceiverSpec, SignalReceiver
 from uavbridge import plugins
 from uavbridge.agent.plan import SIMULATED, AgentPlan, return_heights
 from uavbridge.bus.security import Identity
+from uavbridge.bus.screening import OLD_S, Bounds
 from uavbridge.bus.tiles import Tiling
 from uavbridge.config import Mission
 from uavbridge.config.ground import Ground
+from uavbridge.config.radio import radio_of
 from uavbridge.config.tables import Kind, Point
 from uavbridge.errors import ConfigError
 from uavbridge.rng import stream
@@ -143,7 +145,7 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             climb_rad=ground.beta_rad,
             sensing_m=ground.sensing_m,
             mission_mark=mission_mark(mission),
-            frame_bytes=mission.radio.frame_bytes,
+            frame_bytes=min(mission.radio.frame_bytes, mission.radio.bytes_per_s * mission.tick),
             keyframe_s=mission.radio.keyframe_s,
             endpoint=mission.endpoint(member.id) or SIMULATED,
             net=_net(mission, member.id),
@@ -230,7 +232,20 @@ def _targets(mission: Mission) -> F64:
 
 def radio_tiling(mission: Mission) -> Tiling:
     """Tiles of the planners' radio."""
-    return Tiling.of(mission.radio.range_m, mission.safety.speed_m_s)
+    return Tiling.of(radio_of(mission).longest_m, mission.safety.speed_m_s)
+
+
+def bounds_of(mission: Mission) -> Bounds:
+    """What an honest agent of the mission may send."""
+    safety = mission.safety
+    return Bounds(
+        team=frozenset(mission.scenario().team),
+        mission=mission_mark(mission),
+        most_bytes=mission.radio.frame_bytes,
+        area=mission.grid.bounds,
+        speed_m_s=hypot(safety.speed_m_s, safety.climb_m_s),
+        old_s=patience(mission, OLD_S),
+    )
 
 
 def beacon_tiling(mission: Mission) -> Tiling:
