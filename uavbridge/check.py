@@ -7,6 +7,7 @@ import socket
 from dataclasses import dataclass
 
 from uavbridge.config import Member, Mission
+from uavbridge.config.radio import radio_of
 from uavbridge.errors import ConfigError
 
 _LOOPBACK = "127.0.0.1"
@@ -27,6 +28,7 @@ class Understood:
     agents: tuple[Member, ...]
     sweep_s: float  # no fleet can fly over all cells faster
     duration_s: float  # the search ends then at the latest
+    radio: str  # what is emulated
     speed: float | None  # mission seconds per second; None: as fast as the machine can
 
     def lines(self) -> list[str]:
@@ -39,6 +41,7 @@ class Understood:
             f"clock     {self.clock}, {pace}",
             f"search    {self.sweep_s:.0f} s at best to fly over all cells, "
             f"time limit {self.duration_s:g} s",
+            f"radio     {self.radio or 'everybody hears everybody'}",
             f"agents    {len(self.agents)}",
             *(
                 f"  {agent.id:>3}  start x {agent.start[0]:g} m, y {agent.start[1]:g} m; "
@@ -63,6 +66,7 @@ def understood(mission: Mission) -> Understood:
         agents=team,
         sweep_s=path_m / (len(team) * mission.safety.speed_m_s),
         duration_s=mission.duration,
+        radio=radio_of(mission).words(),
         speed=mission.speed if mission.clock == "paced" else None,
     )
 

@@ -6,25 +6,16 @@ A cell's mark is a hash of all that its records say and merging looks at
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
-import numpy.typing as npt
 
 from planners.belief.maps import BeliefMap
 from planners.belief.rule import MergeRule, Records
+from planners.hashing import U64, mixed
+from planners.types import I64
 
-Marks = npt.NDArray[np.uint64]
-
-_STEP, _FIRST, _SECOND = (
-    np.uint64(number) for number in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB)
-)
-
-
-def mixed(value: npt.ArrayLike) -> Marks:
-    """A hash of whole numbers (...): SplitMix64's finaliser (Steele, Lea and Flood 2014)."""
-    x = np.asarray(value).astype(np.uint64) + _STEP
-    x = (x ^ (x >> np.uint64(30))) * _FIRST
-    x = (x ^ (x >> np.uint64(27))) * _SECOND
-    return np.asarray(x ^ (x >> np.uint64(31)))
+Marks: TypeAlias = U64
 
 
 def record_marks(rule: MergeRule, records: Records) -> Marks:
@@ -37,13 +28,12 @@ def record_marks(rule: MergeRule, records: Records) -> Marks:
     return total
 
 
-def cell_marks(rule: MergeRule, belief: BeliefMap, cells: npt.ArrayLike) -> Marks:
+def cell_marks(rule: MergeRule, belief: BeliefMap, cells: I64) -> Marks:
     """Marks (m,) of ascending flat cells (m,); 0 where nothing is known or the rule compares none.
 
     Equal marks: neither of the two maps can learn of this cell from the other.
     """
-    flat = np.asarray(cells, np.int64)
-    marks = np.zeros(len(flat), np.uint64)
-    records = rule.records(belief, flat)
-    np.add.at(marks, np.searchsorted(flat, records["cell"]), record_marks(rule, records))
+    marks = np.zeros(len(cells), np.uint64)
+    records = rule.records(belief, cells)
+    np.add.at(marks, np.searchsorted(cells, records["cell"]), record_marks(rule, records))
     return marks

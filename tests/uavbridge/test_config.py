@@ -234,6 +234,13 @@ WRONG = [
     ),
     ("range_m = 400", "keyframe_s = 0", "radio.keyframe_s", "> 0"),
     ("range_m = 400", "frame_bytes = 100", "radio.frame_bytes", ">= 128"),
+    ("range_m = 400", "loss = 1.5", "radio.loss", "<= 1"),
+    ("range_m = 400", "burst_enter = 0.95", "radio.burst_leave", "at most 1 - burst_enter = 0.05"),
+    ("range_m = 400", "burst_enter = 0.1\nburst_leave = 0.0", "radio.burst_leave", "above 0"),
+    ("range_m = 400", "bytes_per_s = 0", "radio.bytes_per_s", ">= 1"),
+    ("range_m = 400", "[[radio.links]]\nfrom = 77", "radio.links[0].from", "no such agent"),
+    ("range_m = 400", "[[radio.links]]\nsender = 1", "radio.links[0].sender", "unknown"),
+    ("range_m = 400", "[[radio.links]]\nto = 1\nburst_enter = 1", "radio.links", "burst_leave"),
     ("q = 0.05", "q = 0.05\nperiod_s = 1e308", "sensor.period_s", "<= 86400"),
     ("[400, 700]", "[400, 1e300]", "targets[1].position", "outside"),
     (

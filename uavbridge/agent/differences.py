@@ -19,7 +19,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from planners.belief.marks import Marks, mixed
+from planners.belief.marks import Marks
+from planners.hashing import mixed
 from planners.types import I64
 from uavbridge.bus.wire import Probe
 

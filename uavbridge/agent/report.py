@@ -28,8 +28,13 @@ class AgentReport(Struct, frozen=True):
     found: list[tuple[int, int]] = []  # target, t_us of each target reached by its signal
     frames_sent: int = 0
     frames_heard: int = 0
+    bytes_offered: int = 0  # to its radio, which had no room for all of them
     bytes_sent: int = 0
+    map_bytes_sent: int = 0  # of these, for cells and for finding out who lacks what
     bytes_heard: int = 0
+    dropped: dict[str, int] = {}  # frames that did not reach it, by reason; "queue": own ones too
+    dropped_bytes: dict[str, int] = {}
+    rejected: dict[str, int] = {}  # impossible frames that reached its process, by reason
     beacon_bytes: int = 0  # of the separation beacon, sent and heard
     failure: str = ""
 

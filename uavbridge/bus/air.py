@@ -3,14 +3,42 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 from uavbridge.bus import keys
 from uavbridge.bus.channel import Channel
-from uavbridge.bus.wire import Beacon, Frame, decode, decode_beacon, encode, encode_beacon
+from uavbridge.bus.wire import (
+    WAITED_LIMIT_S,
+    Beacon,
+    Frame,
+    decode,
+    decode_beacon,
+    encode,
+    encode_beacon,
+)
+from uavbridge.clock import SECOND_US
 
 
 class Air(Channel[Frame]):
     """The radio over which agents exchange frames; all a planner knows of the others."""
+
+    _what = "frame"
+
+    def send(self, message: Frame) -> int:
+        traffic = self.traffic[message.sender]
+        before, size = traffic.frames_sent, super().send(message)
+        if traffic.frames_sent > before:
+            told = len(message.cells) + sum(probe.size for probe in message.probes)
+            traffic.map_bytes_sent += told
+        return size
+
+    @staticmethod
+    def _waited(message: Frame, waited_s: float) -> Frame:
+        return replace(message, waited_s=min(waited_s, WAITED_LIMIT_S))
+
+    @staticmethod
+    def _left_us(message: Frame) -> float:
+        return message.t_us + message.waited_s * SECOND_US
 
     @staticmethod
     def _key(tile: keys.TilePattern, agent: int | str) -> str:
@@ -31,6 +59,8 @@ class Air(Channel[Frame]):
 
 class SafetyBeacons(Channel[Beacon]):
     """The short-range position beacon for separation, with its own range and accounts."""
+
+    _what = "beacon"
 
     @staticmethod
     def _key(tile: keys.TilePattern, agent: int | str) -> str:

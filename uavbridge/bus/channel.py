@@ -10,7 +10,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from typing import Generic, NamedTuple, Protocol, TypeAlias, TypeVar
+from math import isfinite
+from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,37 +19,25 @@ import numpy.typing as npt
 from planners.types import F64, I64
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus, Sample
+from uavbridge.bus.late import Late
 from uavbridge.bus.listening import Listening
+from uavbridge.bus.screening import ANY, FUTURE_S, Bounds, Screening, Sent
 from uavbridge.bus.tiles import Tiling
 from uavbridge.bus.traffic import Traffic
 from uavbridge.bus.truth import TruthTrack
-from uavbridge.bus.wire import Vector
-from uavbridge.clock import to_us
-from uavbridge.radio import Radio, Transmissions, Verdict
+from uavbridge.clock import SECOND_US, to_us
+from uavbridge.radio import Queue, Radio, Transmissions, Verdict
 
 HOLD_S = 0.5  # longest wait for the truth of a message's sending time, unless said otherwise
-FUTURE_S = 1.0  # clocks may differ by this much
 FOLLOW_S = 0.5  # subscriptions follow the agents this often; their margin covers more
-REMEMBERED = 64  # messages of a sender, to know a duplicate
 
-_LOSSES = tuple(v for v in Verdict if v not in (Verdict.DELIVERED, Verdict.OWN))
+_UNTOLD = (Verdict.OWN, Verdict.HELD)
+_LOSSES = tuple(v for v in Verdict if v not in (Verdict.DELIVERED, *_UNTOLD))
 
 HeardLog = Callable[[int, bytes, bool, str], None]  # receiver, bytes, delivered, reason
 
 
 Verdicts: TypeAlias = npt.NDArray[np.uint8]  # (messages, agents)
-
-
-class Sent(Protocol):
-    """What frames and beacons have in common."""
-
-    @property
-    def sender(self) -> int: ...
-    @property
-    def t_us(self) -> int: ...
-    @property
-    def position(self) -> Vector: ...
-
 
 M = TypeVar("M", bound=Sent)
 
@@ -70,14 +59,14 @@ class Channel(ABC, Generic[M]):
         tiling: of the keys; the default is one tile.
         truth: true positions, where the world is simulated; without it a message's
             own position and the receiver's own position decide.
-        log: called with (receiver, bytes, delivered, reason) for every message that
-            arrived and every local agent but the sender.
+        bounds: what is possible in the mission; the rest is dropped.
+        log: called with (receiver, bytes, delivered, reason) for every message and
+            every local agent but the sender, as soon as that is decided; what is delivered
+            later, when it is.
         hold_s: longest wait for the truth of a message's sending time, once there was truth.
 
     Attributes:
         traffic: accounts of each local agent.
-        rejects: arrivals that no agent could have heard, by reason: malformed, a
-            sender that is not the key's, a duplicate, from the future.
         arrivals: samples the bus delivered to this process.
         unsure: messages judged without the truth of their sending time.
     """
@@ -90,13 +79,13 @@ class Channel(ABC, Generic[M]):
         tiling: Tiling | None = None,
         truth: TruthTrack | None = None,
         *,
+        bounds: Bounds = ANY,
         log: HeardLog | None = None,
         hold_s: float = HOLD_S,
     ) -> None:
         self.radio = radio
         self.agents = tuple(sorted(agents))
         self.traffic = {agent: Traffic() for agent in self.agents}
-        self.rejects: Counter[str] = Counter()
         self.arrivals = 0
         self.unsure = 0
         self._bus = bus
@@ -110,7 +99,21 @@ class Channel(ABC, Generic[M]):
         self._local = np.zeros((0, 2), np.int64)  # (agents the truth knows, own and its row)
         self._follow_us = -1
         self._waiting: list[_Arrival[M]] = []
-        self._known: dict[int, dict[tuple[int, int], None]] = {}
+        self._screening = Screening(bounds, f"a {self._what}")
+        self._malformed: Counter[str] = Counter()
+        self._late: Late[_Arrival[M]] = Late(radio, self._ids)
+        self._queues = {
+            agent: Queue(radio.quality.bytes_per_s, radio.quality.queue_s)
+            for agent in self.agents
+            if isfinite(radio.quality.bytes_per_s)
+        }
+
+    @property
+    def rejects(self) -> Counter[str]:
+        """Arrivals that no agent could have heard, by reason: malformed, impossible, twice."""
+        return self._screening.rejects
+
+    _what = "message"
 
     @staticmethod
     @abstractmethod
@@ -130,6 +133,16 @@ class Channel(ABC, Generic[M]):
     def _number(message: M) -> int:
         """With sender and receiver, the key of the radio's draws."""
 
+    @staticmethod
+    def _waited(message: M, waited_s: float) -> M:
+        """The message, saying how long it waited in its sender's radio."""
+        return message
+
+    @staticmethod
+    def _left_us(message: M) -> float:
+        """When it left its sender's radio."""
+        return message.t_us
+
     def send(self, message: M) -> int:
         """Send a message of a local agent; returns its bytes.
 
@@ -138,11 +151,15 @@ class Channel(ABC, Generic[M]):
         """
         data = self._encode(message)
         traffic = self.traffic[message.sender]
-        traffic.frames_offered += 1
-        traffic.bytes_offered += len(data)
+        traffic.offer(len(data))
+        if self._queues:
+            left_us = self._queues[message.sender].leaves(len(data), message.t_us)
+            if left_us is None:
+                traffic.drop(Verdict.QUEUE.reason, 1, len(data))
+                return len(data)
+            data = self._encode(self._waited(message, (left_us - message.t_us) / SECOND_US))
         self._bus.publish(self._key(self._tiling.tile_of(message.position), message.sender), data)
-        traffic.frames_sent += 1
-        traffic.bytes_sent += len(data)
+        traffic.send(len(data))
         return len(data)
 
     def close(self) -> None:
@@ -157,7 +174,8 @@ class Channel(ABC, Generic[M]):
             t_us: now.
 
         Returns:
-            by agent, in ascending order of sender, then of sending.
+            by agent, in ascending order of sender, then of sending; after them what was
+            late, in the order in which it was due.
         """
         if self._truth is not None:
             self._truth.poll(t_us + to_us(FUTURE_S))
@@ -167,45 +185,33 @@ class Channel(ABC, Generic[M]):
             self._listening.follow([tuple(positions[agent]) for agent in self.agents])
         batch = self._due(t_us)
         heard: dict[int, list[M]] = {agent: [] for agent in self.agents}
-        if not batch or not self.agents:
+        if not self.agents:
             return heard
-        batch.sort(key=lambda arrival: (arrival.message.sender, arrival.number))
-        known = np.array([positions[agent] for agent in self.agents], np.float64)
-        verdicts = self._judge(batch, known)
         inboxes = list(heard.values())
-        for j, i in np.argwhere(verdicts.T == Verdict.DELIVERED).tolist():
-            inboxes[j].append(batch[i].message)
-        if self._log is not None:
-            self._tell(batch, verdicts, self._log)
+        if batch:
+            batch.sort(key=lambda arrival: (arrival.message.sender, arrival.number))
+            known = np.array([positions[agent] for agent in self.agents], np.float64)
+            verdicts = self._judge(batch, known, t_us)
+            for j, i in np.argwhere(verdicts.T == Verdict.DELIVERED).tolist():
+                inboxes[j].append(batch[i].message)
+            if self._log is not None:
+                self._tell(batch, verdicts, self._log)
+        for j, arrival in self._late.due(t_us):
+            inboxes[j].append(arrival.message)
+            self.traffic[self.agents[j]].hear(1, len(arrival.data))
+            if self._log is not None:
+                self._log(self.agents[j], arrival.data, True, Verdict.DELIVERED.reason)
         return heard
 
     def _accept(self, samples: list[Sample], t_us: int) -> None:
         """Decode what arrived, count what is of no use, and put the rest in line."""
-        rejects, latest_us = self.rejects, t_us + to_us(FUTURE_S)
         self.arrivals += len(samples)
         for key, data in samples:
-            message = self._decode(data, rejects)
+            message = self._decode(data, self._malformed)
             if message is None:
-                continue
-            if message.sender != keys.agent_of(key):
-                rejects["sender"] += 1
-            elif message.t_us > latest_us:
-                rejects["future"] += 1
-            elif self._is_duplicate(message.sender, (message.t_us, data[3])):
-                rejects["duplicate"] += 1
-            else:
+                self._screening.refuse(key, self._malformed.popitem()[0])
+            elif self._screening.passes(key, message, data[3], t_us):
                 self._waiting.append(_Arrival(message, data, self._number(message), t_us))
-
-    def _is_duplicate(self, sender: int, identity: tuple[int, int]) -> bool:
-        known = self._known.get(sender)
-        if known is None:
-            known = self._known[sender] = {}
-        if identity in known:
-            return True
-        known[identity] = None
-        if len(known) > REMEMBERED:
-            del known[next(iter(known))]
-        return False
 
     def _due(self, t_us: int) -> list[_Arrival[M]]:
         """Arrivals that can be judged now; the rest waits for the truth, but not for long."""
@@ -227,7 +233,7 @@ class Channel(ABC, Generic[M]):
                 self._waiting.append(arrival)
         return due
 
-    def _judge(self, batch: list[_Arrival[M]], known: F64) -> Verdicts:
+    def _judge(self, batch: list[_Arrival[M]], known: F64, t_us: int) -> Verdicts:
         sent = Transmissions(
             np.array([arrival.message.sender for arrival in batch], np.int64),
             np.array([arrival.number for arrival in batch], np.int64),
@@ -239,6 +245,10 @@ class Channel(ABC, Generic[M]):
         if self._truth is not None and self._truth.ids and self.radio.needs_positions:
             self._correct(self._truth, batch, sent.position, place)
         verdicts = self.radio.judge(sent, self._ids, place)
+        if not self.radio.delivers_at_once:
+            left_us = [self._left_us(arrival.message) for arrival in batch]
+            held = self._late.hold(batch, sent, left_us, verdicts, t_us)
+            verdicts[held] = Verdict.HELD
         self._count(verdicts, sent.size)
         return verdicts
 
@@ -266,17 +276,18 @@ class Channel(ABC, Generic[M]):
         traffic = self.traffic.values()
         frames, octets = delivered.sum(0).tolist(), (size @ delivered).tolist()
         for account, more, bytes_more in zip(traffic, frames, octets, strict=True):
-            account.frames_heard += more
-            account.bytes_heard += bytes_more
+            account.hear(more, bytes_more)
         for verdict in _LOSSES:
-            lost = (verdicts == verdict).sum(0).tolist()
-            for account, count in zip(traffic, lost, strict=True):
-                if count:
-                    account.dropped[verdict.reason] += count
+            lost = verdicts == verdict
+            if lost.any():
+                counts, octets = lost.sum(0).tolist(), (size @ lost).tolist()
+                for account, count, gone in zip(traffic, counts, octets, strict=True):
+                    if count:
+                        account.drop(verdict.reason, count, gone)
 
     def _tell(self, batch: list[_Arrival[M]], verdicts: Verdicts, log: HeardLog) -> None:
         for arrival, row in zip(batch, verdicts.tolist(), strict=True):
             for agent, value in zip(self.agents, row, strict=True):
-                if value != Verdict.OWN:
+                if value not in _UNTOLD:
                     verdict = Verdict(value)
                     log(agent, arrival.data, verdict is Verdict.DELIVERED, verdict.reason)

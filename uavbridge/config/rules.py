@@ -16,6 +16,7 @@ from sim_vehicles.params import Parameters
 from uavbridge.config.field_error import FieldError, KeyPath
 from uavbridge.config.ground_rules import check_ground, check_on_ground
 from uavbridge.config.mission import Mission
+from uavbridge.config.radio import check_radio
 from uavbridge.config.starts import Member
 from uavbridge.errors import ConfigError
 from uavbridge.mavlink.urls import parse_url
@@ -23,6 +24,7 @@ from uavbridge.mavlink.urls import parse_url
 _MAY_BE_INFINITE = {
     ("radio", "range_m"),
     ("radio", "frame_bytes"),
+    ("radio", "bytes_per_s"),
     ("radio", "keyframe_s"),
     ("safety", "beacon_range_m"),
 }
@@ -49,6 +51,7 @@ def check(mission: Mission, planners: Mapping[str, PlannerKind]) -> None:
         starts = zip(_start_keys(mission, team), [member.start for member in team], strict=True)
         check_on_ground(mission, terrain, list(starts))
     _endpoints(mission)
+    check_radio(mission, [member.id for member in team])
     _remote(mission, team)
     _simulation(mission)
     _known(("belief", "merge"), "merge rule", mission.belief.merge, MERGE_RULES)

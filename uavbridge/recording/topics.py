@@ -27,7 +27,10 @@ R = TypeVar("R", bound=Struct)
 Triple: TypeAlias = Annotated[list[float], msgspec.Meta(min_length=3, max_length=3)]
 
 # What became of one frame at one receiver, by code.
-OUTCOMES = ("delivered", "out of range", "loss", "delay", "bandwidth", "malformed", "other")
+OUTCOMES = (
+    *("delivered", "out of range", "loss", "delay", "bandwidth", "malformed", "other"),
+    *("burst", "queue"),
+)
 
 HEARD = np.dtype([("sender", "<u4"), ("tick", "<u4"), ("outcome", "u1")])
 

@@ -17,6 +17,7 @@ from planners.types import F64
 from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.clock import to_s
 from uavbridge.config import Mission
+from uavbridge.config.radio import radio_of
 from uavbridge.errors import ConfigError
 from uavbridge.replay.opened import Opened, opened
 from uavbridge.report.collected import Collected, Scores, derived_scores
@@ -82,6 +83,7 @@ def _result(collected: Collected, whole: Opened) -> MissionResult:
         targets=targets,
         false_targets=tuple(summary.false_targets) if summary else tuple(sorted(false)),
         agents=_agents(collected),
+        radio=radio_of(mission).words(),
         min_separation_m=float(separation.min()) if len(separation) else np.nan,
         coverage_goal=mission.coverage_goal,
         separation_limit_m=mission.safety.separation_m if mission.safety.separation else np.nan,
@@ -144,6 +146,11 @@ def _agents(collected: Collected) -> tuple[AgentResult, ...]:
                 frames_heard=report.frames_heard,
                 bytes_sent=report.bytes_sent or collected.frame_bytes[agent],
                 bytes_heard=report.bytes_heard,
+                bytes_offered=report.bytes_offered,
+                map_bytes_sent=report.map_bytes_sent,
+                dropped=report.dropped,
+                dropped_bytes=report.dropped_bytes,
+                rejected=report.rejected,
             )
         )
     return tuple(results)

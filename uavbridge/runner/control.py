@@ -13,6 +13,7 @@ from uavbridge.bus.channel import HOLD_S
 from uavbridge.bus.truth import TruthTrack
 from uavbridge.clock import Clock
 from uavbridge.config import Mission
+from uavbridge.config.radio import radio_of
 from uavbridge.mavlink.link import Link
 from uavbridge.mavlink.middleware import TlogLink
 from uavbridge.radio.radio import Radio
@@ -48,16 +49,17 @@ def build_host(
 ) -> AgentHost:
     """The agents of this process on a bus, each with a radio and a separation beacon."""
     agents = [plan.agent for plan in plans]
-    radio = Radio(mission.radio.range_m, mission.seed)
+    bounds = assemble.bounds_of(mission)
     beacon = Radio(mission.safety.beacon_range_m, mission.seed)
     truth = TruthTrack(bus)
     heard = HeardNotes()
     air = Air(
         bus,
-        radio,
+        radio_of(mission),
         agents,
         assemble.radio_tiling(mission),
         truth,
+        bounds=bounds,
         log=heard.note,
         hold_s=assemble.patience(mission, HOLD_S),
     )
@@ -66,7 +68,9 @@ def build_host(
         vehicles,
         bus=bus,
         air=air,
-        beacons=SafetyBeacons(bus, beacon, agents, assemble.beacon_tiling(mission), truth),
+        beacons=SafetyBeacons(
+            bus, beacon, agents, assemble.beacon_tiling(mission), truth, bounds=bounds
+        ),
         recorder=recorder,
         heard=heard,
     )

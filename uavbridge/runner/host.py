@@ -283,8 +283,13 @@ class AgentHost:
             found=sorted(agent.found.items()),
             frames_sent=radio.frames_sent,
             frames_heard=radio.frames_heard,
+            bytes_offered=radio.bytes_offered,
             bytes_sent=radio.bytes_sent,
+            map_bytes_sent=radio.map_bytes_sent,
             bytes_heard=radio.bytes_heard,
+            dropped=dict(sorted(radio.dropped.items())),
+            dropped_bytes=dict(sorted(radio.dropped_bytes.items())),
+            rejected=dict(sorted(self._air.rejects.items())),
             beacon_bytes=beacon.bytes_sent + beacon.bytes_heard,
             failure=agent.flight.failure,
         )

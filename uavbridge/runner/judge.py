@@ -26,7 +26,7 @@ from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.agent.report import AgentReport, decode
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
-from uavbridge.bus.channel import FUTURE_S
+from uavbridge.bus.screening import FUTURE_S, Screening
 from uavbridge.bus.layers import decode_layer
 from uavbridge.bus.messages import decode_truth
 from uavbridge.bus.wire import Frame
@@ -102,7 +102,8 @@ class Judge:
         self.samples: list[Sample] = []
         self.tracks: dict[int, list[tuple[float, float, float]]] = {}
         self.separation = SeparationWatch()
-        self.rejects: Counter[str] = Counter()
+        self._screening = Screening(assemble.bounds_of(mission))
+        self.rejects = self._screening.rejects
         self._bus, self._recorder = bus, recorder
         self._rule = MERGE_RULES[mission.belief.merge]
         self._grid = mission.grid
@@ -209,7 +210,7 @@ class Judge:
             self._bus.publish(keys.MISSION, self._record)
         for sample in self._frames.drain():
             frame = decode_frame(sample.data, self.rejects)
-            if frame and self._is_theirs(sample.key, frame.sender, frame.t_us, t_us):
+            if frame and self._screening.passes(sample.key, frame, frame.kind, t_us):
                 self._merge(frame)
         for report in self._placed():
             self.tracks.setdefault(report.agent, []).append(report.position)

@@ -14,6 +14,7 @@ from rich.console import Console
 from planners.planner import PlannerKind
 from uavbridge.clock import SECOND_US, STEPPED_DATE, to_us, wall_date, wall_s
 from uavbridge.config import Mission, to_toml
+from uavbridge.config.radio import radio_of
 from uavbridge.errors import ConfigError, UavbridgeError
 from uavbridge.monitor.progress import ProgressView
 from uavbridge.monitor.steady import SteadyConsole
@@ -123,6 +124,8 @@ def fly(
         rotation=_rotation(mission),
     )
     display = _display(mission, recorder)
+    if emulated := radio_of(mission).words():
+        (console.print if console else _log.info)(f"radio emulated: {emulated}")
     flown_us = 0
     with recorder, interrupts(HOMEWARDS) as stop, _view(mission, console) as view:
         recorder.record("mission", 0, _mission_record(mission))

@@ -12,6 +12,7 @@ import numpy as np
 
 from uavbridge.clock import to_s
 from uavbridge.config import to_toml
+from uavbridge.config.radio import radio_of
 from uavbridge.report.result import AgentResult, Event, MissionResult, Series, TargetResult
 from uavbridge.runner.judge import Found, Judge
 
@@ -75,6 +76,7 @@ def result_of(
         targets=tuple(targets),
         false_targets=tuple(sorted(cell for cell in judge.declared if cell not in cells)),
         agents=_agents(judge),
+        radio=radio_of(mission).words(),
         min_separation_m=judge.separation.closest,
         coverage_goal=mission.coverage_goal,
         separation_limit_m=mission.safety.separation_m if mission.safety.separation else np.nan,
@@ -120,6 +122,11 @@ def _agents(judge: Judge) -> tuple[AgentResult, ...]:
                 report.frames_heard,
                 report.bytes_sent,
                 report.bytes_heard,
+                report.bytes_offered,
+                report.map_bytes_sent,
+                report.dropped,
+                report.dropped_bytes,
+                report.rejected,
             )
         )
     return tuple(results)

@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,10 +13,11 @@ from uavbridge.bus import keys
 from uavbridge.bus.air import Air, SafetyBeacons
 from uavbridge.bus.api import Bus
 from uavbridge.bus.messages import FullMap, Truth, decode_map, encode_map, encode_truth
+from uavbridge.bus.screening import Bounds
 from uavbridge.bus.tiles import Tiling
 from uavbridge.bus.truth import TruthTrack
 from uavbridge.bus.wire import DELTA, KEYFRAME, Beacon, Frame, Kind, Vector, encode
-from uavbridge.radio import Radio
+from uavbridge.radio import Link, Quality, Radio
 from uavbridge.rng import stream
 
 STILL = (0.0, 0.0, 0.0)
@@ -210,7 +213,7 @@ class TestAccounts(LocalSessions):
         air = Air(self.session(), Radio(400.0), [1, 2, 3], log=lambda *heard: told.append(heard))
         message = frame(1, STILL)
         size = air.send(message)
-        assert size == len(encode(message)) == 52 + len(b"from 1")
+        assert size == len(encode(message)) == 60 + len(b"from 1")
         air.receive({1: STILL, 2: (300.0, 0, 0), 3: (500.0, 0, 0)}, 0)
         one, two, three = (air.traffic[i] for i in (1, 2, 3))
         assert (one.frames_offered, one.frames_sent, one.bytes_sent) == (1, 1, size)
@@ -305,3 +308,153 @@ class TestAccounts(LocalSessions):
         air.close()
         air.send(frame(1, STILL))
         assert air.receive({1: STILL, 2: STILL}, 0)[2] == []
+
+
+class TestRadio(LocalSessions):
+    """What the radio does to frames, on their way to agents."""
+
+    def flown(
+        self, radio: Radio, ticks: int, agents: Sequence[int] = (1, 2, 3), shuffled: bool = False
+    ) -> tuple[Air, list[tuple[int, int, int, int]]]:
+        """Everybody sends at each second; (tenth, receiver, sender, tick) of what was heard."""
+        rng = stream(9, "order")
+        bus = self.session()
+        source, air = Air(bus, radio, agents), Air(bus, radio, agents)
+        box = bus.subscribe("air/**")
+        heard = []
+        places = dict.fromkeys(agents, STILL)
+        for tenth in range(10 * ticks + 100):
+            if tenth % 10 == 0 and tenth < 10 * ticks:
+                for agent in rng.permutation(agents).tolist() if shuffled else agents:
+                    source.send(frame(agent, STILL, tenth * 100_000, tenth // 10))
+            for agent, inbox in air.receive(places, tenth * 100_000).items():
+                heard += [(tenth, agent, f.sender, f.tick) for f in inbox]
+        assert len(box.drain()) == air.arrivals
+        return air, heard
+
+    def test_late_frames_come_when_they_are_due(self) -> None:
+        quality = Quality(delay_s=1.25, jitter_s=2.0)
+        air, heard = self.flown(Radio(math.inf, 1, quality), 20)
+        assert len(heard) == 20 * 3 * 2
+        waits = [tenth / 10 - tick for tenth, _, _, tick in heard]
+        assert min(waits) >= 1.25
+        assert max(waits) < 3.36
+        assert len(set(waits)) > 10
+        order = [tick for _, agent, sender, tick in heard if (agent, sender) == (2, 1)]
+        assert order != sorted(order)  # the jitter is longer than a tick
+        assert air.traffic[2].frames_heard == 40
+
+    def test_the_order_of_arrival_changes_nothing(self) -> None:
+        quality = Quality(loss=0.2, burst_enter=0.05, burst_leave=0.3, delay_s=0.3, jitter_s=1.0)
+        links = (Link(1, 2, bytes_per_s=60.0), Link(2, loss=0.5))
+        radio = Radio(math.inf, 4, quality, links)
+        air, heard = self.flown(radio, 60)
+        again, reheard = self.flown(radio, 60, shuffled=True)
+        assert heard == reheard
+        assert air.traffic == again.traffic
+        assert set(air.traffic[2].dropped) == {"loss", "burst"}
+
+    def test_the_senders_bandwidth_makes_frames_wait_and_drops_what_is_too_much(self) -> None:
+        size = len(encode(frame(1, STILL)))
+        bus = self.session()
+        radio = Radio(math.inf, 1, Quality(bytes_per_s=size / 2, queue_s=4.0))
+        air, far = Air(bus, radio, [1]), Air(bus, radio, [2])
+        heard = []
+        for second in range(40):
+            if second < 20:
+                air.send(frame(1, STILL, second * SECOND, second))
+            heard += [
+                (second - f.tick, f.tick) for f in far.receive({2: STILL}, second * SECOND)[2]
+            ]
+        accounts = air.traffic[1]
+        assert heard[:4] == [(2, 0), (3, 1), (4, 2), (5, 3)]
+        assert max(wait for wait, _ in heard) == 6
+        assert len(heard) == accounts.frames_sent == 12
+        assert accounts.dropped == {"queue": accounts.frames_offered - accounts.frames_sent}
+        assert accounts.dropped_bytes["queue"] == accounts.bytes_offered - accounts.bytes_sent > 0
+
+    def test_what_was_dropped_is_counted_in_bytes_by_reason(self) -> None:
+        links = (Link(1, 2, loss=1.0), Link(1, 3, bytes_per_s=1.0))
+        radio = Radio(100.0, 1, Quality(queue_s=1.0), links)
+        told: list[tuple[int, str]] = []
+        air = Air(
+            self.session(),
+            radio,
+            [1, 2, 3, 4],
+            log=lambda i, _, __, reason: told.append((i, reason)),
+        )
+        size = air.send(frame(1, STILL, 0, 0)) + air.send(frame(1, STILL, 1000, 1))
+        air.receive({1: STILL, 2: STILL, 3: STILL, 4: (500.0, 0.0, 0.0)}, 2000)
+        assert air.traffic[2].dropped_bytes == {"loss": size}
+        assert air.traffic[4].dropped_bytes == {"out of range": size}
+        assert air.traffic[3].dropped_bytes == {"queue": size // 2}
+        assert told == [
+            (2, "loss"),
+            (4, "out of range"),
+            (2, "loss"),
+            (3, "queue"),
+            (4, "out of range"),
+        ]
+        assert air.receive({i: STILL for i in range(1, 5)}, 100 * SECOND)[3][0].tick == 0
+        assert told[-1] == (3, "delivered")
+
+
+class TestScreening(LocalSessions):
+    """What no honest agent sends."""
+
+    bounds = Bounds(
+        team=(1, 2, 7), mission=5, most_bytes=100, area=(0, 0, 1000, 1000), speed_m_s=10, old_s=30
+    )
+
+    @pytest.mark.parametrize(
+        ("change", "reason"),
+        [
+            ({"t_us": 102 * SECOND}, "future"),
+            ({"t_us": 69 * SECOND}, "replayed"),
+            ({"mission": 6}, "mission"),
+            ({"cells": bytes(101)}, "size"),
+            ({"position": (7000.0, 0.0, 0.0)}, "position"),
+            ({"position": (0.0, 0.0, 20_000.0)}, "position"),
+            ({"position": (100.0, 0.0, 0.0)}, "jump"),
+            ({"sender": 3}, "stranger"),
+            ({"sender": 2}, "sender"),
+        ],
+    )
+    def test_impossible_frames_are_dropped_and_counted(
+        self, change: dict[str, Any], reason: str, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        bus = self.session()
+        air = Air(bus, Radio(math.inf), [1], bounds=self.bounds)
+        good = Frame(DELTA, 7, 99, 99 * SECOND, STILL, STILL, mission=5)
+        bus.publish("air/0/0/7", encode(good))
+        bad = replace(good, **{"t_us": 100 * SECOND, "tick": 100, **change})
+        key = f"air/0/0/{bad.sender if reason == 'stranger' else 7}"
+        for _ in range(3):
+            bus.publish(key, encode(bad))
+        heard = air.receive({1: STILL}, 100 * SECOND)[1]
+        assert [f.tick for f in heard] == [99]
+        assert air.rejects == {reason: 3}
+        warnings = [r.getMessage() for r in caplog.records if r.levelname == "WARNING"]
+        assert len(warnings) == 1
+        assert reason in warnings[0]
+
+    def test_a_jump_does_not_shut_out_the_real_one(self) -> None:
+        bus = self.session()
+        air = Air(bus, Radio(math.inf), [1], bounds=self.bounds)
+        ticks = []
+        for tick in range(40):
+            for x, lie in ((900.0, 500), (tick * 10.0, 0)):
+                message = Frame(DELTA, 7, tick, tick * SECOND + lie, (x, 0, 0), STILL, mission=5)
+                if lie == 0 or tick > 5:
+                    bus.publish("air/0/0/7", encode(message))
+            ticks += [f.tick for f in air.receive({1: STILL}, tick * SECOND)[1]]
+        assert ticks == list(range(40))
+        assert air.rejects == {"jump": 34}
+
+    def test_whoever_was_away_may_be_anywhere(self) -> None:
+        bus = self.session()
+        air = Air(bus, Radio(math.inf), [1], bounds=self.bounds)
+        for tick, x in ((0, 0.0), (15, 900.0)):
+            message = Frame(DELTA, 7, tick, tick * SECOND, (x, 0, 0), STILL, mission=5)
+            bus.publish("air/0/0/7", encode(message))
+            assert len(air.receive({1: STILL}, tick * SECOND)[1]) == 1

@@ -197,7 +197,7 @@ def test_the_bytes_are_those_that_the_reference_shows() -> None:
         (2, b"\x01", "version"),
         (3, b"\x03", "kind"),
         (15, b"\x02", "length"),
-        (16, b"\x02", "probe"),
+        (16, b"\x02", "length"),
         (16, b"\xff", "length"),
         (56, b"\x01\x00\x00\x00", "length"),
         (56, b"\xff\xff\xff\xff", "size"),

@@ -12,6 +12,7 @@ from uavbridge.report.summary import summary_json, summary_text
 FIELDS = [
     "mission", "seed", "clock", "duration_s", "wall_s", "coverage", "uncertainty", "entropy",
     "targets", "false_targets", "agents", "min_separation_m", "failures", "digest", "out",
+    "radio",
 ]  # fmt: skip
 
 
@@ -25,6 +26,7 @@ def test_document_has_the_published_fields_in_order(flown: MissionResult) -> Non
     assert document["false_targets"] == [[4, 4]]
     assert list(document["agents"][0]) == [
         "id", "state", "distance_m", "frames_sent", "frames_heard", "bytes_sent", "bytes_heard",
+        "bytes_offered", "map_bytes_sent", "dropped", "dropped_bytes", "rejected",
     ]  # fmt: skip
     assert document["failures"] == ["agent 2: link lost"]
 

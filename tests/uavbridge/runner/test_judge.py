@@ -1,5 +1,7 @@
 """The judge: the goal, who found what, the time limit, the lost."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -11,13 +13,15 @@ from uavbridge.bus.local import LocalHub
 from uavbridge.bus.messages import Truth, encode_truth
 from uavbridge.bus.wire import DELTA, Frame
 from uavbridge.bus.wire import encode as encode_frame
+from uavbridge.runner import assemble
 from uavbridge.runner.judge import Judge, Verdict
 
 SECOND = 1_000_000
 
 
 def mission(**changes):
-    return config.load(None, {"vehicles": 2, "duration": 100.0, **changes})
+    base = {"vehicles": 2, "duration": 100.0, "radio.frame_bytes": math.inf}
+    return config.load(None, {**base, **changes})
 
 
 class Stage:
@@ -44,8 +48,9 @@ class Stage:
             belief = rule.observe(belief, cell, detected, SensorModel(), t_us=t_us, agent=agent)
         data = rule.records(belief, np.flatnonzero(belief.seen.reshape(-1))).tobytes()
         frame = Frame(
-            DELTA, agent, 1, t_us, (0.0, 0.0, 40.0), (0.0, 0.0, 0.0), b"", rule.code, data
-        )
+            DELTA, agent, 1, t_us, (0.0, 0.0, 40.0), (0.0, 0.0, 0.0), b"", rule.code, data,
+            mission=assemble.mission_mark(self.judge.mission),
+        )  # fmt: skip
         self.bus.publish(keys.air((0, 0), agent), encode_frame(frame))
 
     def second(self, number):

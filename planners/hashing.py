@@ -1,0 +1,25 @@
+"""A hash of whole numbers, the same on every machine: SplitMix64's finaliser.
+
+Steele, Lea and Flood 2014, "Fast splittable pseudorandom number generators".
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+U64: TypeAlias = npt.NDArray[np.uint64]
+
+_STEP, _FIRST, _SECOND = (
+    np.uint64(number) for number in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB)
+)
+
+
+def mixed(value: npt.ArrayLike) -> U64:
+    """A hash (n, ...) of whole numbers (n, ...); at least one axis."""
+    x = np.atleast_1d(np.asarray(value)).astype(np.uint64) + _STEP
+    x = (x ^ (x >> np.uint64(30))) * _FIRST
+    x = (x ^ (x >> np.uint64(27))) * _SECOND
+    return np.asarray(x ^ (x >> np.uint64(31)))

@@ -1,0 +1,159 @@
+"""What no honest agent sends: dropped and counted before any radio or planner sees it."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Collection
+from dataclasses import dataclass
+from math import dist, inf
+from typing import Protocol
+
+from uavbridge.bus import keys
+from uavbridge.bus.wire import Frame, Vector
+from uavbridge.clock import to_s, to_us
+
+FUTURE_S = 1.0  # clocks may differ by this much
+OLD_S = 30.0  # nobody hears of anything so old
+REMEMBERED = 64  # messages of a sender, to know a duplicate
+FAR_M = 5000.0  # so far outside the area nobody is
+HIGH_M = 10000.0
+JUMP_M = 50.0  # positions may be wrong by so much
+HASTE = 2.0  # and vehicles faster than they should
+TRUSTED_S = 10.0  # an earlier position says nothing about a later one after this time
+MOST_WARNINGS = 1000
+
+_log = logging.getLogger(__name__)
+
+
+class Sent(Protocol):
+    """What frames and beacons have in common."""
+
+    @property
+    def sender(self) -> int: ...
+    @property
+    def t_us(self) -> int: ...
+    @property
+    def position(self) -> Vector: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What is possible in a mission; the defaults let everything pass.
+
+    Attributes:
+        team: agents that there are; None: any.
+        mission: mark that frames must bear; None: any.
+        most_bytes: of the cells of a frame.
+        area: west, south, east, north in m.
+        speed_m_s: of the fastest vehicle, in space.
+        old_s: what was sent so long ago is a replay.
+    """
+
+    team: Collection[int] | None = None
+    mission: int | None = None
+    most_bytes: float = inf
+    area: tuple[float, float, float, float] = (-inf, -inf, inf, inf)
+    speed_m_s: float = inf
+    old_s: float = inf
+
+
+ANY = Bounds()
+
+
+class Screening:
+    """Looks at every message of one kind that reaches a process.
+
+    Args:
+        bounds: of the mission.
+        what: the kind, for warnings; empty: nobody is warned.
+
+    Attributes:
+        rejects: messages dropped, by reason.
+    """
+
+    def __init__(self, bounds: Bounds = ANY, what: str = "") -> None:
+        self.rejects: Counter[str] = Counter()
+        self._bounds, self._what = bounds, what
+        self._known: dict[int, dict[tuple[int, int], None]] = {}
+        self._places: dict[int, tuple[int, Vector]] = {}  # newest time and position of a sender
+        self._warned: set[tuple[int | None, str]] = set()
+
+    def refuse(self, key: str, reason: str) -> None:
+        """Count what came under a key; warn once of each sender and reason."""
+        self.rejects[reason] += 1
+        sender = keys.agent_of(key)
+        if not self._what or reason == "duplicate" or (sender, reason) in self._warned:
+            return
+        if len(self._warned) < MOST_WARNINGS:
+            self._warned.add((sender, reason))
+            whose = "somebody" if sender is None else f"agent {sender}"
+            _log.warning("%s of %s dropped: %s", self._what, whose, reason)
+
+    def passes(self, key: str, message: Sent, kind: int, t_us: int) -> bool:
+        """Whether a message is possible; else it is counted.
+
+        Args:
+            key: under which it came.
+            message: as decoded.
+            kind: of the message, ``wire.Kind``.
+            t_us: now.
+        """
+        reason = self._fault(key, message, kind, t_us)
+        if reason:
+            self.refuse(key, reason)
+        return not reason
+
+    def _fault(self, key: str, message: Sent, kind: int, t_us: int) -> str:
+        bounds, sender, sent_us = self._bounds, message.sender, message.t_us
+        if sender != keys.agent_of(key):
+            return "sender"
+        if bounds.team is not None and sender not in bounds.team:
+            return "stranger"
+        if reason := self._foreign(message):
+            return reason
+        if sent_us > t_us + to_us(FUTURE_S):
+            return "future"
+        if sent_us < t_us - bounds.old_s * 1e6:
+            return "replayed"
+        known = self._known.get(sender)
+        if known is None:
+            known = self._known[sender] = {}
+        identity = (sent_us, kind)
+        if identity in known:
+            return "duplicate"
+        if len(known) == REMEMBERED and identity < next(iter(known)):
+            return "replayed"
+        if reason := self._impossible(message):
+            return reason
+        known[identity] = None
+        if len(known) > REMEMBERED:
+            del known[next(iter(known))]
+        return ""
+
+    def _foreign(self, message: Sent) -> str:
+        """What is wrong with a frame; beacons have neither cells nor mission."""
+        if not isinstance(message, Frame):
+            return ""
+        if self._bounds.mission is not None and message.mission != self._bounds.mission:
+            return "mission"
+        return "size" if len(message.cells) > self._bounds.most_bytes else ""
+
+    def _impossible(self, message: Sent) -> str:
+        bounds, (x, y, z) = self._bounds, message.position
+        west, south, east, north = bounds.area
+        if not (west - FAR_M <= x <= east + FAR_M and south - FAR_M <= y <= north + FAR_M):
+            return "position"
+        if abs(z) > HIGH_M and west > -inf:
+            return "position"
+        before = self._places.get(message.sender)
+        if before is None:
+            self._places[message.sender] = message.t_us, message.position
+            return ""
+        gap_s = abs(to_s(message.t_us - before[0]))
+        way_m = HASTE * bounds.speed_m_s * gap_s + JUMP_M
+        if gap_s < TRUSTED_S and dist(message.position, before[1]) > way_m:
+            return "jump"
+        if message.t_us > before[0]:
+            self._places[message.sender] = message.t_us, message.position
+        return ""
