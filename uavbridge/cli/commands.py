@@ -2,89 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any
 
 import click
-from click.shell_completion import CompletionItem, get_completion_class
+from click.shell_completion import get_completion_class
 
 from uavbridge.cli.command import command
+from uavbridge.cli.doctor import doctor
 from uavbridge.cli.experiments import compare, experiment
 from uavbridge.cli.group import Group, echo_json, set_up_logging
+from uavbridge.cli.mission import connecting, load, overrides
 from uavbridge.cli.monitor import monitor
 from uavbridge.cli.processes import agent, keys, router
 from uavbridge.cli.replay import record, replay, report
 from uavbridge.errors import BusError, LinkError
 
-if TYPE_CHECKING:
-    from uavbridge.config import Mission
-
-Command = TypeVar("Command", bound=Callable[..., Any])
-
 _MISSION = click.Path(dir_okay=True)  # config.load tells what is wrong with it
-
-
-_TABLES = {"router": "bus.", "agents_per_process": "bus."}
-
-
-def _complete_planner(
-    ctx: click.Context, param: click.Parameter, incomplete: str
-) -> list[CompletionItem]:
-    from uavbridge.plugins import planners
-
-    return [
-        CompletionItem(name, help=kind.summary)
-        for name, kind in planners().items()
-        if name.startswith(incomplete)
-    ]
-
-
-def _overrides(command: Command) -> Command:
-    """Options that replace the mission file's keys of the same name."""
-    options = [
-        click.option("--vehicles", type=int, metavar="N", help="How many fly."),
-        click.option(
-            "--planner", metavar="NAME", help="Who decides.", shell_complete=_complete_planner
-        ),
-        click.option("--seed", type=int, metavar="S", help="Of all randomness."),
-        click.option("--speed", type=float, metavar="X", help="Mission seconds per second."),
-        click.option("--duration", type=float, metavar="S", help="Time limit in mission seconds."),
-        click.option("--clock", metavar="paced|stepped", help="Real time, or lockstep."),
-        click.option("--router", metavar="ENDPOINT", help="External zenoh router [bus.router]."),
-        click.option(
-            "--agents-per-process",
-            type=int,
-            metavar="K",
-            help="Agents in child processes [bus.agents_per_process].",
-        ),
-    ]
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
-def _keys(options: dict[str, Any]) -> dict[str, Any]:
-    """Options by the dotted keys of the mission file."""
-    return {_TABLES.get(name, "") + name: value for name, value in options.items()}
-
-
-_connect = click.option(
-    "--connect",
-    multiple=True,
-    metavar="URL",
-    help="Vehicle of the next agent, such as udpin:127.0.0.1:14540; again for more.",
-)
-
-
-def _load(mission: str | None, connect: tuple[str, ...], options: dict[str, Any]) -> Mission:
-    """The mission of the command line."""
-    from uavbridge import config
-    from uavbridge.config.connect import connect as connected
-
-    keys = _keys(options)
-    if mission is None and connect and keys["vehicles"] is None:
-        keys["vehicles"] = len(connect)
-    return connected(config.load(mission, keys), connect)
 
 
 @click.group(cls=Group)
@@ -97,12 +30,12 @@ def main(verbose: int) -> None:
 
 @main.command()
 @click.argument("mission", type=_MISSION, required=False)
-@_overrides
+@overrides
 @click.option("--out", metavar="DIR", help="Output folder.")
 @click.option("--headless", is_flag=True, default=None, help="No live view.")
 @click.option("--json", is_flag=True, default=None, help="Print the summary as JSON.")
 @click.option("--web", is_flag=True, help="Serve a page to watch it on.")
-@_connect
+@connecting
 @click.pass_context
 def launch(
     ctx: click.Context, /, mission: str | None, web: bool, connect: tuple[str, ...], **options: Any
@@ -116,7 +49,7 @@ def launch(
     Options replace the keys of the same name in the file. Exit status: 0 when the mission
     reached its goal, 1 when not, 2 for bad input.
     """
-    loaded = _load(mission, connect, options)
+    loaded = load(mission, connect, options)
     from uavbridge.runner.launch import launch as fly  # late: it takes a second to import
 
     try:
@@ -137,17 +70,16 @@ def launch(
 
 @main.command()
 @click.argument("mission", type=_MISSION, required=False)
-@_overrides
+@overrides
 @click.option("--json", "as_json", is_flag=True, help="Print what was understood as JSON.")
 def check(mission: str | None, as_json: bool, **options: Any) -> None:
     """Say what MISSION means, or what is wrong with it, without flying.
 
     Exit status: 0 when it can be flown, 2 when not.
     """
-    from uavbridge import config
     from uavbridge.check import probe, understood
 
-    loaded = config.load(mission, _keys(options))
+    loaded = load(mission, (), options)
     probe(loaded, mission or "built-in example")
     facts = understood(loaded)
     if as_json:
@@ -170,6 +102,7 @@ def planners(as_json: bool) -> None:
         listing.show(found)
 
 
+main.add_command(doctor)
 main.add_command(agent)
 main.add_command(router)
 main.add_command(keys)

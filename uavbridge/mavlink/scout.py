@@ -83,13 +83,14 @@ class Scout:
         self._round_us = 0
         self._first: tuple[int, int] | None = None  # (our time us, its time ms)
         self._last: tuple[int, int] | None = None
-        self._handlers: dict[str, Callable[[Any, int], None]] = {
+        self.handlers: dict[str, Callable[[Any, int], None]] = {
             "HOME_POSITION": self._home_position,
             "GLOBAL_POSITION_INT": self._position,
             "GPS_RAW_INT": self._gps,
             "AUTOPILOT_VERSION": self._version,
             "STATUSTEXT": self._text,
         }
+        """What to do with a message (message, our time in microseconds), beside telemetry."""
 
     @property
     def heard(self) -> bool:
@@ -136,7 +137,7 @@ class Scout:
         known = self.telemetry.handlers.get(name)
         if known is not None:
             known(message, t_us)
-        handler = self._handlers.get(name)
+        handler = self.handlers.get(name)
         if handler is not None:
             handler(message, t_us)
         if name in self._wishes.heard:

@@ -74,7 +74,7 @@ class Telemetry:
         self._has_attitude = False
         self._landed = _UNDEFINED
         self._active = False
-        self._battery = nan
+        self.battery = nan
         self.armed = False
         self.mode = Mode.UNKNOWN
         self.mode_text = ""
@@ -152,7 +152,7 @@ class Telemetry:
 
     def _sys_status(self, m: Any, t_us: int) -> None:
         if 0 <= m.battery_remaining <= 100:
-            self._battery = m.battery_remaining / 100.0
+            self.battery = m.battery_remaining / 100.0
         checked = m.onboard_control_sensors_present & m.onboard_control_sensors_enabled & _PREARM
         self.checks_failed = bool(checked & ~m.onboard_control_sensors_health)
 
@@ -190,7 +190,7 @@ class Telemetry:
             mode_text=self.mode_text,
             armed=self.armed,
             in_air=self.in_air,
-            battery=self._battery,
+            battery=self.battery,
             has_position=self.has_position,
             link_ok=link_ok,
             waiting_for=waiting_for,

@@ -83,31 +83,37 @@ def attach(
         VehicleError: they cannot be flown together, or not in this mission.
         ConfigError: the mission's speed is not the vehicles'.
     """
-    apart = mission.apart()
-    ends = {
-        member.id: parse_url(url)
-        for member in mission.team()
-        if member.id not in apart and (url := mission.endpoint(member.id)) is not None
-    }
+    ends = ends_of(mission)
     if not ends:
         yield Attachments(mission)
         return
     with ExitStack() as stack:
-        surveys = _open(ends, stack)
+        surveys = open_surveys(ends, stack)
         _wait(ends, surveys, tell)
-        vehicles = _assign(ends, surveys)
-        _check_twins(mission, vehicles, surveys)
-        mission = _adopt(mission, vehicles, adopt_home, adopt_speed)
+        vehicles = assign(ends, surveys)
+        check_twins(mission, vehicles, surveys)
+        mission = adopt(mission, vehicles, adopt_home, adopt_speed)
         for attached in vehicles.values():
             tell(_echo(attached, mission))
-            _check(attached, mission)
-        _check_speed(vehicles, mission)
+            check(attached, mission)
+        check_speed(vehicles, mission)
         for text in _unused(vehicles, surveys):
             tell(text)
         yield Attachments(mission, vehicles)
 
 
-def _open(ends: dict[int, Endpoint], stack: ExitStack) -> dict[Endpoint, Survey]:
+def ends_of(mission: Mission) -> dict[int, Endpoint]:
+    """Where the vehicles are that the launcher itself flies and does not simulate, by agent."""
+    apart = mission.apart()
+    return {
+        member.id: parse_url(url)
+        for member in mission.team()
+        if member.id not in apart and (url := mission.endpoint(member.id)) is not None
+    }
+
+
+def open_surveys(ends: dict[int, Endpoint], stack: ExitStack) -> dict[Endpoint, Survey]:
+    """Listen at every endpoint, as long as the stack is open. Raises LinkError."""
     encoder = Encoder(SYSTEM, COMPONENT)
     surveys: dict[Endpoint, Survey] = {}
     for agent, end in ends.items():
@@ -133,7 +139,7 @@ def _wait(
     while (t_us := clock.now_us()) < to_us(HEARTBEAT_S + PLACE_S):
         for survey in surveys.values():
             survey.step(t_us)
-        waits = [_missing(wanted[place], survey) for place, survey in surveys.items()]
+        waits = [missing(wanted[place], survey) for place, survey in surveys.items()]
         texts = [text for text, _ in waits if text]
         unheard = any(unheard for _, unheard in waits)
         if not texts and t_us > to_us(WATCH_S):
@@ -146,7 +152,7 @@ def _wait(
         pause(_LOOK_S)
 
 
-def _missing(wanted: list[Endpoint], survey: Survey) -> tuple[str, bool]:
+def missing(wanted: list[Endpoint], survey: Survey) -> tuple[str, bool]:
     """What is waited for behind one endpoint; True: for somebody who was never heard."""
     heard = survey.vehicles
     systems = {scout.system for scout in heard}
@@ -163,7 +169,8 @@ def _missing(wanted: list[Endpoint], survey: Survey) -> tuple[str, bool]:
     return "; ".join(texts), False
 
 
-def _assign(ends: dict[int, Endpoint], surveys: dict[Endpoint, Survey]) -> dict[int, Attached]:
+def assign(ends: dict[int, Endpoint], surveys: dict[Endpoint, Survey]) -> dict[int, Attached]:
+    """Every agent's vehicle, or at least the link on which it would be heard."""
     vehicles: dict[int, Attached] = {}
     for place, survey in surveys.items():
         agents = [agent for agent, end in ends.items() if end.place == place]
@@ -197,10 +204,10 @@ def systems_of(wanted: dict[int, int | None], survey: Survey) -> dict[int, int]:
     return given
 
 
-def _check_twins(
+def check_twins(
     mission: Mission, vehicles: dict[int, Attached], surveys: dict[Endpoint, Survey]
 ) -> None:
-    """No system id twice: on one port, on two, or with one that we simulate."""
+    """No system id twice: on one port, on two, or with one that we simulate. Or VehicleError."""
     sources: dict[int, list[str]] = {}
     for survey in surveys.values():
         for scout in survey.vehicles:
@@ -229,9 +236,10 @@ def sources_of(hub: Hub, system: int) -> list[str]:
     return [f"{hub.name} from {host}:{port}" for host, port in addresses]
 
 
-def _adopt(
+def adopt(
     mission: Mission, vehicles: dict[int, Attached], adopt_home: bool, adopt_speed: bool
 ) -> Mission:
+    """The mission with the first vehicle's home, and as fast as their clocks go."""
     home, speed = mission.home, mission.speed
     if adopt_home:
         first = next(iter(vehicles.values()))
@@ -254,8 +262,8 @@ def _round(rate: float) -> float:
     return 1.0 if 1 / _SAME_SPEED < rate < _SAME_SPEED else float(f"{rate:.2g}")
 
 
-def _check(attached: Attached, mission: Mission) -> None:
-    """Can this vehicle fly this mission?"""
+def check(attached: Attached, mission: Mission) -> None:
+    """Raises VehicleError if this vehicle can not fly this mission."""
     scout, subject = attached.scout, f"agent {attached.agent} ({attached.where})"
     if scout is None:
         return
@@ -293,7 +301,8 @@ def offset(place: Geodetic, mission: Mission) -> tuple[float, float, float]:
     return east, north, up
 
 
-def _check_speed(vehicles: dict[int, Attached], mission: Mission) -> None:
+def check_speed(vehicles: dict[int, Attached], mission: Mission) -> None:
+    """Raises ConfigError where the mission's speed is not that of a vehicle's clock."""
     for attached in vehicles.values():
         rate = None if attached.scout is None else attached.scout.rate
         if rate is None or rate <= 0:
