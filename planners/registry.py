@@ -12,6 +12,8 @@ from planners.search.boids import BOIDS, BOIDS_GUIDED
 from planners.search.esustpm import ESUSTPM
 from planners.search.mountain.planner import MOUNTAIN
 from planners.search.mower import MOWER
+from planners.search.pheromone.detection import PHEROMONE
+from planners.search.pheromone.scenario import PHEROMONE_SCENARIO
 from planners.search.random_walk import RANDOM
 from planners.search.starling import STARLING
 from planners.search.sweep import SWEEP
@@ -21,7 +23,18 @@ P = TypeVar("P")
 
 BUILTIN: Mapping[str, PlannerKind] = {
     kind.name: kind
-    for kind in (ESUSTPM, BOIDS_GUIDED, BOIDS, MOWER, SWEEP, RANDOM, STARLING, MOUNTAIN)
+    for kind in (
+        ESUSTPM,
+        BOIDS_GUIDED,
+        BOIDS,
+        MOWER,
+        SWEEP,
+        RANDOM,
+        STARLING,
+        MOUNTAIN,
+        PHEROMONE,
+        PHEROMONE_SCENARIO,
+    )
 }
 
 

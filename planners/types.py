@@ -27,6 +27,10 @@ def _vector() -> F64:
     return np.zeros(3)
 
 
+def _no_columns() -> F64:
+    return np.zeros((0, 3))
+
+
 @dataclass(frozen=True, slots=True)
 class Limits:
     """What the vehicles of a mission may do; the safety filter holds them to it."""
@@ -48,6 +52,7 @@ class Scenario:
     limits: Limits = field(default_factory=Limits)
     detection_threshold: float = 0.95  # theta: a cell above it is declared
     radio_range_m: float = float("inf")
+    obstacles: F64 = field(default_factory=_no_columns)  # (k, 3) x, y, radius m: known columns
 
     def index(self, agent: int) -> int:
         """Place of ``agent`` in the team, from 0. Raises ValueError for a stranger."""
@@ -118,6 +123,7 @@ class View:
     answers: tuple[Answer, ...] = ()
     signals: tuple[Signal, ...] = ()  # own, since the last tick
     terrain: Terrain | None = None  # ground in sensing range; None: not known, taken as level
+    obstacles: F64 = field(default_factory=_no_columns)  # (k, 3) x, y, radius m: columns in sight
 
 
 @dataclass(frozen=True, slots=True, eq=False)

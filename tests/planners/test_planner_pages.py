@@ -8,7 +8,7 @@ import pytest
 from planners.registry import BUILTIN, describe
 
 DOCS = Path(__file__).parents[2] / "docs" / "planners"
-PAGES = {"boids-guided": "boids"}
+PAGES = {"boids-guided": "boids", "pheromone-scenario": "pheromone"}
 
 
 @pytest.mark.parametrize("name", BUILTIN)
@@ -24,7 +24,7 @@ def test_the_page_lists_the_parameters_as_they_are(name):
 def test_the_module_says_which_symbol_is_which_name(name):
     module = sys.modules[BUILTIN[name].params.__module__]
     assert "| symbol | name |" in module.__doc__
-    assert any(f" {year}" in module.__doc__ for year in (2014, 2022, 2023))
+    assert any(f" {year}" in module.__doc__ for year in (2014, 2020, 2022, 2023))
 
 
 def test_the_checks_are_all_explained():

@@ -105,7 +105,7 @@ def _step(state: Flock, obstacles: Bools, source: F64, goal: I64, journey: Journ
     state.field = update(
         state.field,
         source * journey.law.target.deposit,
-        (obstacles & state.seen) * journey.law.obstacle.deposit,
+        np.asarray((obstacles & state.seen) * journey.law.obstacle.deposit, np.float64),
         cell_of(state.leader)[:, None],
         journey.law,
     )

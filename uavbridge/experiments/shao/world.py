@@ -113,7 +113,6 @@ def simulate(
     )
     draws = Draws(generators, n)
     _sense(state, world)
-    _visit(state, ground)
     yield state
     while state.t < steps:
         step(state, ground, world, draws.next(), fails_at)
@@ -132,6 +131,7 @@ def step(
     goal = goals(state.cells, state.heading, ground.targets, state.wanted, known, world.sensor)
     chosen = decide(means, state.heading, free, goal, draws, world.rule)
     chosen = np.where(state.alive, chosen, STAY)
+    wanted, before = state.wanted, state.cells
     state.cells = stepped(state.cells, chosen)
     state.heading = np.where(chosen == STAY, state.heading, chosen)
     state.t += 1
@@ -143,11 +143,11 @@ def step(
         state.due_at,
     )
     _sense(state, world)
-    _visit(state, ground)
+    _visit(state, ground, wanted, before)
     state.field = update(
         state.field,
         _sources(state, ground) * world.law.target.deposit,
-        known * world.law.obstacle.deposit,
+        np.asarray(known * world.law.obstacle.deposit, np.float64),
         state.cells,
         world.law,
         None if state.alive.all() else state.alive,
@@ -174,7 +174,8 @@ def goals(
     run, uav = np.nonzero(np.isfinite(distance).any(axis=-1))
     if not len(run):
         return goal
-    nearest = distance[run, uav].argmin(axis=-1)
+    tie = (targets[..., 0] * known.shape[-1] + targets[..., 1]) * 1e-9  # equally near: by cell
+    nearest = (distance[run, uav] + tie[run]).argmin(axis=-1)
     blocked = windows(known, run, cells[run, uav], int(sensor))
     goal[run, uav] = approach(blocked, apart[run, uav, nearest], heading[run, uav])
     return goal
@@ -203,10 +204,14 @@ def _sense(state: State, world: World) -> None:
     state.seen[run, column, row] = True
 
 
-def _visit(state: State, ground: Ground) -> None:
-    """Targets that are reached: marked when new, answered when due."""
+def _visit(state: State, ground: Ground, wanted: Bools, before: I64) -> None:
+    """Targets that were wanted (r, T) and are reached: marked when new, answered when due.
+
+    ``before``: (r, n, 2) where the UAVs came from; there they are visited too.
+    """
     here = (state.cells[:, :, None] == ground.targets[:, None]).all(axis=-1)
-    reached = (here & state.alive[..., None]).any(axis=1) & state.wanted
+    here |= (before[:, :, None] == ground.targets[:, None]).all(axis=-1)
+    reached = (here & state.alive[..., None]).any(axis=1) & wanted
     if not reached.any():
         return
     due = reached & (state.due_at != NEVER)
