@@ -71,6 +71,20 @@ def _address(_: click.Context, param: click.Parameter, text: str | None) -> tupl
     return host or "127.0.0.1", int(port)
 
 
+def _parameters(
+    _: click.Context, param: click.Parameter, texts: tuple[str, ...]
+) -> dict[str, float]:
+    """Names and values."""
+    values: dict[str, float] = {}
+    for text in texts:
+        name, _equals, value = text.partition("=")
+        try:
+            values[name] = float(value)
+        except ValueError:
+            raise click.BadParameter(f"{text!r} is not {param.metavar}") from None
+    return values
+
+
 @dataclass(frozen=True, slots=True)
 class Options:
     """What the command line asks for."""
@@ -92,6 +106,7 @@ class Options:
     gust: float
     home: Geodetic
     spacing: float
+    params: dict[str, float]
     gcs: tuple[str, int] | None
     as_json: bool
 
@@ -146,6 +161,14 @@ class Options:
 )
 @click.option("--spacing", default=10.0, type=Amount(), help="Metres between starts.")
 @click.option(
+    "--param",
+    "params",
+    multiple=True,
+    metavar="NAME=VALUE",
+    callback=_parameters,
+    help="Parameter of the autopilots, other than its default; may be repeated.",
+)
+@click.option(
     "--gcs",
     metavar="HOST:PORT",
     callback=_address,
@@ -196,7 +219,14 @@ def _fleet(options: Options, seats: tuple[ports.Seat, ...]) -> Fleet:
         for i, seat in enumerate(seats)
     ]
     wind = WindSpec(mean_m_s=options.wind, gust_m_s=options.gust, gust_up_m_s=options.gust / 3)
-    return Fleet(specs, origin=options.home, model=options.model, seed=options.seed, wind=wind)
+    return Fleet(
+        specs,
+        origin=options.home,
+        model=options.model,
+        seed=options.seed,
+        wind=wind,
+        parameters=options.params,
+    )
 
 
 def _transport(options: Options, seats: tuple[ports.Seat, ...]) -> Transport:

@@ -56,6 +56,7 @@ class Failsafes:
     modes: Mapping[Action, Mode] = _MODES
     link_texts: tuple[str, str] = ("Connection to ground station lost", "GCS connection regained")
     fence_text = "Geofence exceeded"
+    link_only_if_asked = False  # a lost link is nothing worth telling, unless something is done
 
     def __init__(self, pilot: Pilot) -> None:
         self._pilot = pilot
@@ -119,6 +120,8 @@ class Failsafes:
     def _check_link(self, t_us: int) -> None:
         status, column = self._status, self._pilot.parameters.column
         lost = t_us - status.gcs_us > column("COM_DL_LOSS_T") * 1e6
+        if self.link_only_if_asked:
+            lost &= column("NAV_DLL_ACT") > 0
         fresh = lost & ~status.gcs_lost & (status.gcs_us >= 0)
         if fresh.any():
             status.gcs_lost |= fresh

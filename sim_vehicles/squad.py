@@ -19,6 +19,7 @@ from sim_vehicles.dynamics import F64, States, Wind
 from sim_vehicles.geodesy import Geodetic
 from sim_vehicles.modes import Mode
 from sim_vehicles.params import Parameters
+from sim_vehicles.protocol import requests
 from sim_vehicles.protocol.endpoint import Endpoint, Services
 from sim_vehicles.protocol.services import HANDLERS, go_on
 from sim_vehicles.report import Report
@@ -129,6 +130,9 @@ class Squad:
         self.endpoints = tuple(
             Endpoint(i, services, encoder) for i, encoder in enumerate(self.telemetry.encoders)
         )
+        for stream, (name, _) in face.data_streams.items():
+            for i in table.column(name).nonzero()[0].tolist():
+                requests.set_group(self.endpoints[i], stream)
         self._busy: set[int] = set()
         self._fresh: set[int] = set()  # who has something to send
         self._stale = False  # what was asked for may have changed what telemetry reports
