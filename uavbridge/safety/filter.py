@@ -101,7 +101,7 @@ def _on_ground(
     limited = [name for name, rule in named if rule.along(asked) > rule.limit + 1e-9]
     rules = [rule for _, rule in named]
     free = _project(_sidestep(_limit_speed(asked, e), separation), rules, e)
-    safe = ground.drivable(free, position, e)
+    safe = ground.drivable(free, position, velocity, e)
     limited += ["speed"] if hypot(asked[0], asked[1]) > e.speed_m_s else []
     limited += ["ground"] if safe != free else []
     return Filtered(_level(safe), tuple(dict.fromkeys(limited)))

@@ -21,6 +21,7 @@ LOW_M = 2.0  # clearance on the way up from or down to the ground
 MOST_POINTS = 60  # of one look ahead
 STILL_M_S = 0.05
 CLIMB_SHARE = 0.9  # of the climb limit that is counted on
+DRIVEN_M = 0.5  # between two points looked at on the ground
 SPARE_M = 2.0  # before ground too steep, where a vehicle that drives stops
 
 
@@ -84,18 +85,19 @@ def _climb(
     return goes / speed, needed
 
 
-def drivable(wanted: Vector, position: Vector, e: Envelope) -> Vector:
+def drivable(wanted: Vector, position: Vector, velocity: Vector, e: Envelope) -> Vector:
     """The velocity wanted on the ground, stopped in time before slopes above ``steepest_rad``."""
     speed = hypot(wanted[0], wanted[1])
     if e.terrain is None or speed <= STILL_M_S:
         return wanted
     reach = e.braking.stopping(speed) + SPARE_M
-    along, points = _line(e.terrain, position, wanted, reach)
+    along, points = _line(e.terrain, position, wanted, reach, DRIVEN_M)
     steep = e.terrain.slope_at(points) > e.steepest_rad
     if not steep.any() or float(e.terrain.slope_at(position)) > e.steepest_rad:
         return wanted  # nothing in the way, or it stands on such a slope and may leave
     room_m = float(along[steep.argmax()]) - SPARE_M
-    share = min(max(e.braking.approach_speed(room_m, 0.0), 0.0) / speed, 1.0)
+    closing = (velocity[0] * wanted[0] + velocity[1] * wanted[1]) / speed
+    share = min(max(e.braking.approach_speed(room_m, closing), 0.0) / speed, 1.0)
     return wanted[0] * share, wanted[1] * share, wanted[2]
 
 
@@ -112,9 +114,14 @@ def _ahead(
 
 
 def _line(
-    terrain: Terrain, position: Vector, way: tuple[float, ...], reach_m: float
+    terrain: Terrain,
+    position: Vector,
+    way: tuple[float, ...],
+    reach_m: float,
+    spacing_m: float = inf,
 ) -> tuple[F64, F64]:
-    count = min(max(ceil(2.0 * reach_m / terrain.cell_m), 2), MOST_POINTS)
+    spacing_m = min(spacing_m, 0.5 * terrain.cell_m)
+    count = min(max(ceil(reach_m / spacing_m), 2), MOST_POINTS)
     along = np.arange(1, count + 1, dtype=np.float64) * (reach_m / count)
     x, y = way[0], way[1]
     speed = hypot(x, y)

@@ -7,6 +7,7 @@ import numpy as np
 from uavbridge.clock import to_s
 from uavbridge.vehicle.api import (
     Arm,
+    Disarm,
     Done,
     Follow,
     HoldPosition,
@@ -22,7 +23,7 @@ from uavbridge.vehicle.api import (
 class PointVehicle:
     """Answers at the next ``advance``; ``refusal`` makes arming, or ``refuses``, fail with it."""
 
-    def __init__(self, position, *, refusal="", refuses=Arm, silent=False):
+    def __init__(self, position, *, refusal="", refuses=Arm, silent=False, kind="multirotor"):
         self.home = np.array(position, dtype=float)
         self.refusal = refusal
         self.refuses = refuses
@@ -32,7 +33,7 @@ class PointVehicle:
         self._wanted = np.zeros(3)
         self._height = 0.0
         self._t_us = 0
-        self._state = VehicleState(position=self.home.copy(), mode=Mode.HOLD)
+        self._state = VehicleState(position=self.home.copy(), mode=Mode.HOLD, kind=kind)
 
     @property
     def state(self):
@@ -48,6 +49,7 @@ class PointVehicle:
             return
         changes = {
             Arm: {"armed": True},
+            Disarm: {"armed": False},
             TakeOff: {"mode": Mode.TAKEOFF},
             Follow: {"mode": Mode.OFFBOARD},
             HoldPosition: {"mode": Mode.HOLD},
