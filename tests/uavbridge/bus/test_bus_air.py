@@ -12,6 +12,7 @@ from tests.uavbridge.bus.sessions import LocalSessions, Sessions, ZenohSessions
 from uavbridge.bus import keys
 from uavbridge.bus.air import Air, SafetyBeacons
 from uavbridge.bus.api import Bus
+from uavbridge.bus.ether import Ether
 from uavbridge.bus.messages import FullMap, Truth, decode_map, encode_map, encode_truth
 from uavbridge.bus.screening import Bounds
 from uavbridge.bus.tiles import Tiling
@@ -458,3 +459,30 @@ class TestScreening(LocalSessions):
             message = Frame(DELTA, 7, tick, tick * SECOND, (x, 0, 0), STILL, mission=5)
             bus.publish("air/0/0/7", encode(message))
             assert len(air.receive({1: STILL}, tick * SECOND)[1]) == 1
+
+
+class TestEther(LocalSessions):
+    """Experiments and missions: the same radio, the same deliveries."""
+
+    def test_it_carries_what_the_air_does(self) -> None:
+        quality = Quality(
+            loss=0.2, burst_enter=0.1, burst_leave=0.3, delay_s=0.4, jitter_s=3.0, bytes_per_s=90.0
+        )
+        radio = Radio(150.0, 4, quality, (Link(1, 2, bytes_per_s=50.0), Link(3, loss=0.6)))
+        team, rng = (1, 2, 3, 4), stream(2, "places")
+        air, ether = Air(self.session(), radio, team), Ether(radio, team)
+        spots = rng.uniform(0, 120, (4, 3))
+        places = {i: tuple(place) for i, place in zip(team, spots.tolist(), strict=True)}
+        count = 0
+        for tick in range(60):
+            t_us = tick * SECOND
+            heard = air.receive(places, t_us)
+            assert list(heard.values()) == ether.receive(t_us)
+            count += sum(map(len, heard.values()))
+            frames = [frame(i, places[i], t_us, tick) for i in team]
+            for message in frames:
+                air.send(message)
+            ether.send(frames, np.array(list(places.values())))
+        assert air.traffic == ether.traffic
+        assert count > 100
+        assert {reason for t in air.traffic.values() for reason in t.dropped} >= {"loss", "burst"}

@@ -23,12 +23,12 @@ from uavbridge.agent.hearing import Hearing
 from uavbridge.agent.mapping import Mapping
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.agent.telling import Telling
-from uavbridge.bus.wire import Frame, encode
+from uavbridge.bus.ether import Ether
 from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.config import Mission
+from uavbridge.config.radio import radio_of
 from uavbridge.experiments.comparison.bodies import Bodies, Flock, Points, Vehicles
 from uavbridge.experiments.comparison.trial import Ages, Cell, Trial, Until, components
-from uavbridge.radio.radio import Radio
 from uavbridge.rng import stream
 from uavbridge.runner import assemble
 from uavbridge.runner.control import CONTROL_US
@@ -45,7 +45,6 @@ class Searcher:
     memory: Any = None
     goal: Goal | None = None
     sensed: Sensed = field(default_factory=Sensed)
-    bytes_sent: int = 0
 
     @staticmethod
     def of(plan: AgentPlan) -> Searcher:
@@ -66,12 +65,11 @@ class Search:
         self.trial = Trial(mission.duration)
         self._receiver = assemble.receiver_of(mission, agents)
         self._sensor = None if self._receiver else assemble.sensor_of(mission, agents)
-        self._radio = Radio(mission.radio.range_m, mission.seed)
+        self._radio = radio_of(mission)
+        self._ether = Ether(self._radio, agents)
         self._ages = Ages(agents)
         self._tick_us = to_us(mission.tick)
-        self._air: list[Frame] = []  # sent at the last tick, in the order of the team
         self._position = self._velocity = np.zeros((len(agents), 3))
-        self._where = self._position  # (n, 3) m, of everybody when that was sent
         first = self.plans[0]
         self._rule = first.rule.onlooker
         self.union: BeliefMap = self._rule.empty(mission.grid, first.prior, first.sensor)
@@ -81,7 +79,7 @@ class Search:
         self._position, self._velocity = position, velocity
         self._sense(t_us)
         if t_us % self._tick_us < CONTROL_US:
-            self._hear()
+            self._hear(t_us)
             for row, agent in enumerate(self.agents):
                 self._decide(row, agent, t_us)
             self._tell(t_us)
@@ -105,19 +103,12 @@ class Search:
                 signal = Signal(t_us, one.target, one.strength, one.arrived)
                 self.agents[one.vehicle].sensed.signals.append(signal)
 
-    def _hear(self) -> None:
-        """Frames of the last tick, at all who were in range when they were sent."""
-        reach = self._radio.reaches(self._where[:, None, :], self._where[None, :, :])
-        for row, agent in enumerate(self.agents):
-            heard = [
-                frame
-                for sender, frame in enumerate(self._air)
-                if sender != row and reach[sender, row]
-            ]
+    def _hear(self, t_us: int) -> None:
+        """Frames of the last tick, and of earlier ones that are due."""
+        for agent, heard in zip(self.agents, self._ether.receive(t_us), strict=True):
             for frame in heard:
                 agent.hearing.frame(frame)
             agent.mapping.merge(heard)
-        self._air = []
 
     def _decide(self, row: int, agent: Searcher, t_us: int) -> None:
         position, velocity = self._position[row].copy(), self._velocity[row].copy()
@@ -134,17 +125,17 @@ class Search:
         agent.sensed = Sensed()
 
     def _tell(self, t_us: int) -> None:
-        where = self._where = self._position.copy()
+        frames = []
         for row, agent in enumerate(self.agents):
-            x, y, z = where[row].tolist()
+            x, y, z = self._position[row].tolist()
             vx, vy, vz = self._velocity[row].tolist()
             payload = agent.goal.payload if agent.goal else b""
             frame = agent.telling.frame(t_us, (x, y, z), (vx, vy, vz), payload)
-            agent.bytes_sent += len(encode(frame))
-            self._air.append(frame)
+            frames.append(frame)
             records = unpack(self._rule, frame.cells)
             if records is not None and len(records):
                 self.union, _ = self._rule.merge(self.union, records)
+        self._ether.send(frames, self._position)
 
     def _declared(self) -> dict[Cell, float]:
         first: dict[int, int] = {}
@@ -160,7 +151,7 @@ class Search:
         found = sum(cell in self.trial.declared for cell in self.mission.target_cells())
         for agent in self.agents:
             self._ages.heard(agent.plan.agent, agent.hearing.neighbours(t_us), t_s)
-        sent = sum(agent.bytes_sent for agent in self.agents)
+        sent = sum(account.bytes_sent for account in self._ether.traffic.values())
         self.trial.add(
             t_s,
             self.mission,
