@@ -9,8 +9,8 @@ from contextlib import contextmanager
 
 import psutil
 import pytest
-from tests.integration.missions import write
 
+from tests.integration.missions import write
 from uavbridge.recording.reader import Recording
 
 pytestmark = [pytest.mark.integration, pytest.mark.timeout(150)]
@@ -112,7 +112,9 @@ def router_of(launcher):
 
 def gone(family):
     """Whether none of these processes is left."""
-    return not [each for each in family if psutil.pid_exists(each.pid) and each.status() != "zombie"]
+    return not [
+        each for each in family if psutil.pid_exists(each.pid) and each.status() != "zombie"
+    ]
 
 
 def searching(launcher):

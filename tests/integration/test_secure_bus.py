@@ -1,0 +1,72 @@
+"""A mission whose bus asks everybody who they are: a real router, real certificates."""
+
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from tests.integration.missions import write
+from tests.integration.test_processes import PAIR, router_of, running, searching
+from uavbridge.bus.security import Identity
+from uavbridge.bus.zenoh_bus import ZenohBus
+from uavbridge.errors import BusError, ConfigError
+from uavbridge.keys import make
+
+pytestmark = [pytest.mark.integration, pytest.mark.timeout(150)]
+
+SECURE = PAIR.replace("[bus]\nagents_per_process = 1", '[security]\nkeys = "keys"')
+
+
+def command(verb, router, *keys):
+    return subprocess.run(
+        [sys.executable, "-m", "uavbridge", "command", verb, "--router", router, *map(str, keys)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def test_only_those_with_credentials_take_part(tmp_path):
+    mission = write(tmp_path, SECURE.format(duration=200.0))
+    make(tmp_path / "keys", "pair", [1, 2])
+    make(tmp_path / "late", "pair", [1, 2], days=-1.0)
+    make(tmp_path / "strange", "pair", [1, 2])
+    for folder in ("late", "strange"):  # the right router, the wrong certificate
+        shutil.copy(tmp_path / "keys/agent-1/ca.pem", tmp_path / folder / "agent-1/ca.pem")
+    with running(tmp_path, "launch", mission, "--out", tmp_path / "out") as launcher:
+        router = router_of(launcher)
+        assert router.startswith("tls/")
+        searching(launcher)
+
+        assert "--keys" in command("pause", router).stderr
+        for folder in ("late", "strange"):
+            with pytest.raises(BusError, match="does not take"):
+                ZenohBus(router, "pair", identity=Identity(tmp_path / folder / "agent-1"))
+        launcher.says("certificate expired")
+        launcher.says("BadSignature")
+
+        with ZenohBus(router, "pair", identity=Identity(tmp_path / "keys/agent-1")) as bus:
+            bus.publish("air/0/0/2", b"spoof")
+            launcher.says("refused agent-1: Put on uavbridge/pair/air/0/0/2 (1 in all)")
+
+        refused = command("rtl", router, "--keys", tmp_path / "keys/monitor", "--timeout", 1)
+        assert refused.returncode == 1
+        launcher.says("refused monitor: Put on uavbridge/pair/cmd/all")
+        assert "return" not in launcher.text
+
+        obeyed = command("rtl", router, "--keys", tmp_path / "keys/operator")
+        assert obeyed.returncode == 0, obeyed.stdout + obeyed.stderr
+        launcher.says("agent 1: landed")
+        launcher.says("agent 2: landed")
+        launcher.process.wait(30)
+
+
+def test_identities_that_are_not_there_are_named(tmp_path):
+    with pytest.raises(ConfigError, match=r"agent-9/ca\.pem: no such file"):
+        Identity(tmp_path / "agent-9")
+    make(tmp_path / "keys", "pair", [1])
+    with pytest.raises(ConfigError, match="keys: File exists"):
+        make(tmp_path / "keys", "pair", [1])
+    assert (tmp_path / "keys/agent-1/key.pem").stat().st_mode & 0o077 == 0
