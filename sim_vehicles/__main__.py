@@ -8,6 +8,7 @@ import logging
 import signal
 from dataclasses import dataclass
 from math import ceil, inf, isinf, isnan, pi, sqrt
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -17,6 +18,7 @@ from sim_vehicles.dynamics import MODELS, WindSpec
 from sim_vehicles.geodesy import Geodetic
 
 if TYPE_CHECKING:
+    from sim_vehicles.codec.signing import Keyring
     from sim_vehicles.fleet import Fleet
     from sim_vehicles.server import Report
     from sim_vehicles.transport import Transport
@@ -85,6 +87,18 @@ def _parameters(
     return values
 
 
+def _keys(_: click.Context, __: click.Parameter, path: str | None) -> Keyring | None:
+    """The keys of a file."""
+    if path is None:
+        return None
+    from sim_vehicles.codec.signing import read_keys
+
+    try:
+        return read_keys(Path(path))
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None
+
+
 @dataclass(frozen=True, slots=True)
 class Options:
     """What the command line asks for."""
@@ -109,6 +123,7 @@ class Options:
     params: dict[str, float]
     gcs: tuple[str, int] | None
     as_json: bool
+    signing_keys: Keyring | None
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
@@ -174,6 +189,12 @@ class Options:
     callback=_address,
     help="Send all vehicles there too: a ground station listens, 127.0.0.1:14550 by habit.",
 )
+@click.option(
+    "--signing-keys",
+    metavar="FILE",
+    callback=_keys,
+    help="Sign with the keys in FILE (MAVLink 2), and take nothing that is not.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the table and the end as JSON lines.")
 @click.version_option(package_name="uavbridge")
 def main(**values: Any) -> None:
@@ -230,6 +251,17 @@ def _fleet(options: Options, seats: tuple[ports.Seat, ...]) -> Fleet:
 
 
 def _transport(options: Options, seats: tuple[ports.Seat, ...]) -> Transport:
+    transport = _open_transport(options, seats)
+    if options.signing_keys is None:
+        return transport
+    from sim_vehicles.clock import unix_us
+    from sim_vehicles.sealed import SealedTransport
+
+    systems = [seat.system for seat in seats]
+    return SealedTransport(transport, systems, options.signing_keys, unix_us)
+
+
+def _open_transport(options: Options, seats: tuple[ports.Seat, ...]) -> Transport:
     first = _first_transport(options, seats)
     if options.gcs is None:
         return first

@@ -25,6 +25,7 @@ from uavbridge.config.tables import (
     Fleet,
     Home,
     Radio,
+    Mavlink,
     Recording,
     Safety,
     Security,
@@ -105,6 +106,7 @@ class Mission(Table, frozen=True):
     simulator: Simulator = Simulator()
     recording: Recording = Recording()
 
+    mavlink: Mavlink = Mavlink()
     def __post_init__(self) -> None:
         if self.vehicles == 0:
             count = max(len(self.fleet.starts), len(self.agents), 1)

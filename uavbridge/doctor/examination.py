@@ -27,7 +27,9 @@ from uavbridge.runner.attach import (
     check_speed,
     check_twins,
     ends_of,
+    keyring_of,
     open_surveys,
+    refusals,
 )
 from uavbridge.runner.outcome import versions
 
@@ -110,7 +112,7 @@ def _vehicles(
         return
     with ExitStack() as stack:
         try:
-            surveys = open_surveys(ends, stack)
+            surveys = open_surveys(ends, stack, keyring_of(mission))
         except LinkError as fault:
             yield error("endpoint", str(fault), "check the address and who else uses it")
             return
@@ -169,8 +171,9 @@ def _vehicle(
     subject = f"agent {attached.agent}"
     place = attached.endpoint.place
     if attached.scout is None:
-        trouble = surveys[place].hub.trouble
-        text = f"nobody is heard at {attached.endpoint}" + (f" ({trouble})" if trouble else "")
+        hub = surveys[place].hub
+        trouble = f" ({hub.trouble})" if hub.trouble else ""
+        text = f"nobody is heard at {attached.endpoint}{trouble}{refusals(hub)}"
         yield error(subject, text, "start the vehicle, and have it send there")
         return
     yield ok(subject, f"system {attached.system} at {place}")

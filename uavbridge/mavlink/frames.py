@@ -32,6 +32,11 @@ def frame_end(data: bytes, start: int) -> int:
     return start + length if length <= left else -1
 
 
+def is_signed(frame: bytes) -> bool:
+    """Whether a whole frame carries a signature."""
+    return frame[0] == V2 and bool(frame[2] & _SIGNED)
+
+
 def system_of(data: bytes, start: int = 0) -> int:
     """System id of the whole frame that starts at ``start``."""
     return data[start + 5] if data[start] == V2 else data[start + 3]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Final, Protocol
 
+from sim_vehicles.codec.signing import Seal
 from uavbridge.errors import LinkError
 from uavbridge.mavlink.frames import by_system
 from uavbridge.mavlink.link import Link
@@ -66,10 +67,12 @@ class Hub:
     Args:
         gate: what carries the datagrams; closed with the last channel.
         name: of it, for messages.
+        seal: signs what goes out and lets in only what is signed; None: neither.
     """
 
-    def __init__(self, gate: Gate, name: str) -> None:
+    def __init__(self, gate: Gate, name: str, seal: Seal | None = None) -> None:
         self.name = name
+        self.seal = seal
         self._gate = gate
         self._inboxes: dict[int, list[bytes]] = {}
         self._unasked: dict[int, deque[bytes]] = {}
@@ -103,13 +106,16 @@ class Hub:
     def send(self, system: int, data: bytes) -> bool:
         """Send to where a system was last heard; False if it could not be sent."""
         peer = self._peers.get(system)
-        return self._gate.send(data, None if peer is None else peer.address)
+        if self.seal is not None:
+            data = self.seal.close(data, system)
+        return bool(data) and self._gate.send(data, None if peer is None else peer.address)
 
     def call(self, data: bytes) -> None:
         """Send to everybody who was heard, and to where nobody has to be heard first."""
-        addresses = {peer.address for peer in self._peers.values()} or {None}
-        for address in addresses:
-            self._gate.send(data, address)
+        if not self._peers:
+            self._gate.send(data if self.seal is None else self.seal.close(data, 0), None)
+        for system in self._peers:
+            self.send(system, data)
 
     def read(self) -> None:
         """Read the gate and sort what came."""
@@ -118,7 +124,9 @@ class Hub:
             if not parts:
                 self.noise += 1
             for sender, part in parts:
-                self._sort(sender, part, address)
+                good = part if self.seal is None else self.seal.open(part)
+                if good:
+                    self._sort(sender, good, address)
 
     def _sort(self, sender: int, part: bytes, address: Address | None) -> None:
         if sender in _OURS:

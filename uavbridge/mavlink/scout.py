@@ -15,6 +15,7 @@ from sim_vehicles.codec import Counts, Encoder, decode
 from sim_vehicles.geodesy import Geodetic
 from uavbridge.clock import SECOND_US
 from uavbridge.mavlink.commands import Commands, Order
+from uavbridge.mavlink.frames import is_signed
 from uavbridge.mavlink.hub import Hub
 from uavbridge.mavlink.identity import heartbeat
 from uavbridge.mavlink.telemetry import Telemetry
@@ -73,6 +74,8 @@ class Scout:
         """Where it is by its own estimate, or by its GPS while there is none."""
         self.vehicle_type = 0
         self.firmware: Firmware | None = None
+        self.signs = False
+        """Its frames are signed: without the key it will not listen."""
         self.counts = Counts()
         self.texts: list[tuple[int, str]] = []
         """(severity, text) of what it said, oldest first."""
@@ -117,6 +120,7 @@ class Scout:
         """Take what came from it."""
         for packet in decode(datagram, self.counts):
             message = packet.message
+            self.signs |= is_signed(packet.raw)
             if message.msgname == "HEARTBEAT" and self.component in (0, packet.component):
                 self._heartbeat(message, packet.component, t_us)
             elif packet.component == self.component:

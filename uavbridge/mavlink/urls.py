@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from ipaddress import AddressValueError, IPv4Address
 from typing import Final, Literal, TypeAlias
 
+from sim_vehicles.codec.signing import Seal
 from uavbridge.errors import ConfigError
 from uavbridge.mavlink.hub import Gate, Hub, LinkGate
 from uavbridge.mavlink.link import Link
@@ -171,13 +172,17 @@ def open_link(url: str, system: int | None = None) -> Link:
     return gate.link
 
 
-def open_hub(endpoint: Endpoint) -> Hub:
+def open_hub(endpoint: Endpoint, seal: Seal | None = None) -> Hub:
     """Open what an endpoint names for all vehicles there.
+
+    Args:
+        endpoint: of them.
+        seal: signs and checks signatures; None: nothing is signed.
 
     Raises:
         LinkError: the port is in use, or there is no way to the address.
     """
-    return Hub(_gate(endpoint), str(endpoint.place))
+    return Hub(_gate(endpoint), str(endpoint.place), seal)
 
 
 def _gate(endpoint: Endpoint) -> Gate:

@@ -10,11 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from msgspec.structs import replace
 
+from sim_vehicles.clock import unix_us
 from sim_vehicles.codec import Encoder
+from sim_vehicles.codec.signing import Keyring, Seal, read_keys
 from sim_vehicles.geodesy import Geodetic, to_enu
 from uavbridge.clock import PacedClock, pause, to_us
 from uavbridge.config import Mission
@@ -88,7 +91,7 @@ def attach(
         yield Attachments(mission)
         return
     with ExitStack() as stack:
-        surveys = open_surveys(ends, stack)
+        surveys = open_surveys(ends, stack, keyring_of(mission))
         _wait(ends, surveys, tell)
         vehicles = assign(ends, surveys)
         check_twins(mission, vehicles, surveys)
@@ -112,15 +115,36 @@ def ends_of(mission: Mission) -> dict[int, Endpoint]:
     }
 
 
-def open_surveys(ends: dict[int, Endpoint], stack: ExitStack) -> dict[Endpoint, Survey]:
-    """Listen at every endpoint, as long as the stack is open. Raises LinkError."""
+def keyring_of(mission: Mission) -> Keyring | None:
+    """The keys that links to vehicles are signed with. Raises ConfigError."""
+    path = mission.mavlink.signing_keys
+    try:
+        return None if path is None else read_keys(Path(path))
+    except ValueError as fault:
+        raise ConfigError(f"mavlink.signing_keys: {fault}") from None
+
+
+def open_surveys(
+    ends: dict[int, Endpoint], stack: ExitStack, keyring: Keyring | None = None
+) -> dict[Endpoint, Survey]:
+    """Listen at every endpoint, as long as the stack is open.
+
+    Args:
+        ends: by agent.
+        stack: closes them.
+        keyring: keys of the vehicles; None: nothing is signed.
+
+    Raises:
+        LinkError: an endpoint cannot be opened; the message names its agent.
+    """
     encoder = Encoder(SYSTEM, COMPONENT)
     surveys: dict[Endpoint, Survey] = {}
     for agent, end in ends.items():
         if end.place in surveys:
             continue
         try:
-            hub = open_hub(end.place)
+            seal = None if keyring is None else Seal(keyring, unix_us, link=len(surveys))
+            hub = open_hub(end.place, seal)
         except UavbridgeError as error:
             raise error.at(f"endpoint of agent {agent}") from None
         stack.callback(hub.close)
@@ -158,6 +182,7 @@ def missing(wanted: list[Endpoint], survey: Survey) -> tuple[str, bool]:
     systems = {scout.system for scout in heard}
     if len(heard) < len(wanted) or any(end.system not in {None, *systems} for end in wanted):
         trouble = survey.hub.trouble or f"{len(heard)} of {len(wanted)} vehicles heard"
+        trouble += refusals(survey.hub)
         return f"{survey.hub.name}: {trouble}", True
     named = {end.system for end in wanted}
     blind = [s for s in heard if s.here is None and (None in named or s.system in named)]
@@ -167,6 +192,17 @@ def missing(wanted: list[Endpoint], survey: Survey) -> tuple[str, bool]:
         for scout in blind
     ]
     return "; ".join(texts), False
+
+
+def refusals(hub: Hub) -> str:
+    """What a sealed hub did not let in, to be added to a text."""
+    if hub.seal is None or not hub.seal.refused.total:
+        return ""
+    refused = hub.seal.refused
+    return (
+        f"; refused: {refused.unsigned} unsigned, {refused.wrong} wrongly signed, "
+        f"{refused.replayed} replayed frames"
+    )
 
 
 def assign(ends: dict[int, Endpoint], surveys: dict[Endpoint, Survey]) -> dict[int, Attached]:
@@ -272,6 +308,8 @@ def check(attached: Attached, mission: Mission) -> None:
         raise VehicleError(f"{subject}: {flavour}")
     if scout.telemetry.in_air:
         raise VehicleError(f"{subject}: is in the air already")
+    if scout.signs and mission.mavlink.signing_keys is None:
+        raise VehicleError(f"{subject}: obeys only those with its key: give --signing-keys FILE")
     place = scout.home or scout.here
     if place is None:
         return
