@@ -59,7 +59,8 @@ def experiment(name: str | None, as_json: bool, **options: Any) -> None:
     parts = ["uavbridge", "experiment", name]
     for setting in options["settings"]:
         parts += ["--set", setting]
-    _run(registry.find(name), _values(options["settings"]), parts, as_json, options)
+    found = registry.find(name)
+    _run(found, _values(found, options["settings"]), parts, as_json, options)
 
 
 @click.command()
@@ -101,11 +102,13 @@ def _run(
     from uavbridge.experiments import output, runner, spread
 
     workers = options["workers"] if options["workers"] is not None else os.cpu_count() or 1
+    usual = experiment.usual_runs(options["fidelity"])
+    runs = usual if options["runs"] is None else options["runs"]
     with _progress(experiment.name) as progress:
         outcome = runner.run(
             experiment,
             spread.choose(workers, options["dask"]),
-            runs=experiment.runs if options["runs"] is None else options["runs"],
+            runs=runs,
             seed=options["seed"],
             values=values,
             fidelity=options["fidelity"],
@@ -144,14 +147,21 @@ def _list(as_json: bool) -> None:
         listing.show_experiments(registry.everyone())
 
 
-def _values(settings: Sequence[str]) -> dict[str, Any]:
-    """``key=value`` by key; values as TOML spells them, anything else is a text."""
+def _values(experiment: Experiment, settings: Sequence[str]) -> dict[str, Any]:
+    """``key=value`` by key; values as TOML spells them, anything else is a text.
+
+    What must be a text is one, though it reads like a number: ``ranges=6``.
+    """
+    from planners.registry import described
+
+    texts = {one.name for one in described(experiment.params) if one.kind is str}
     values = {}
     for setting in settings:
         key, sign, text = setting.partition("=")
         if not sign or not key:
             raise ConfigError(f"--set {setting}: must be KEY=VALUE")
-        values[key] = _value(text)
+        value = _value(text)
+        values[key] = text if key in texts and not isinstance(value, str) else value
     return values
 
 

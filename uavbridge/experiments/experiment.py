@@ -8,33 +8,32 @@ it with the numbers that the paper prints (``printed.py``). It is listed in
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planners.types import F64, I64
+from planners.types import I64
+from uavbridge.experiments.cases import READING, Axis, Case, Samples, Value
+from uavbridge.experiments.rows import Row
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from uavbridge.experiments.rows import Row
-
-Value: TypeAlias = str | int | float | bool
-Case: TypeAlias = Mapping[str, Value]  # its key "reading", if any, names another reading
-Samples: TypeAlias = Mapping[str, F64]  # metric: (runs,) or (runs, len(axis.values))
+__all__ = [
+    "FIDELITIES",
+    "READING",
+    "Axis",
+    "Case",
+    "Experiment",
+    "Outcome",
+    "Samples",
+    "Value",
+    "generators",
+]
 
 FIDELITIES = ("ideal", "dynamics", "mavlink")
-READING = "reading"
-
-
-@dataclass(frozen=True, slots=True)
-class Axis:
-    """What the second axis of a metric's array is, such as the cycle: a curve, not a number."""
-
-    name: str
-    values: tuple[int | float, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,11 +70,13 @@ class Experiment:
             (k, len(axis.values)); NaN where a run did not reach what the metric tells.
         file: the module's ``__file__``; the printed numbers are in the TOML beside it.
         runs: a case, when the command line is silent.
+        runs_flown: the same in fidelities where a run takes long.
         block: runs simulated by one call, in the fidelities that are ``batched``; else one.
         fidelities: those that ``simulate`` knows.
         batched: those of them that are worth simulating in blocks.
         paired: case keys that do not enter the seeds: cases that differ only in them get equal
             seeds, run by run. Readings always do.
+        alike: cases for which it is the same have the same samples, and are simulated once.
         axis: of the metrics that are curves.
         medians: metrics that the paper shows as boxplots.
         intervals: the table shows 95 % intervals of the means instead of standard errors.
@@ -92,10 +93,12 @@ class Experiment:
     simulate: Callable[[Case, Any, I64, str], Samples]
     file: str
     runs: int = 100
+    runs_flown: Mapping[str, int] = field(default_factory=dict)
     block: int = 100
     fidelities: tuple[str, ...] = ("ideal",)
     batched: tuple[str, ...] = ("ideal",)
     paired: tuple[str, ...] = ()
+    alike: Callable[[Case], Case] | None = None
     axis: Axis | None = None
     medians: tuple[str, ...] = ()
     intervals: bool = False
@@ -107,6 +110,10 @@ class Experiment:
     def printed(self) -> Path:
         """The file of the paper's numbers."""
         return Path(self.file).with_suffix(".toml")
+
+    def usual_runs(self, fidelity: str) -> int:
+        """Runs of a case when the command line is silent."""
+        return self.runs_flown.get(fidelity, self.runs)
 
 
 def generators(seeds: I64) -> list[np.random.Generator]:

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from uavbridge.experiments.experiment import Case, Value
+from uavbridge.experiments.cases import Case, Value
 
 
 @dataclass(frozen=True, slots=True, eq=False)

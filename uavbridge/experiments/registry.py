@@ -8,19 +8,20 @@ from collections.abc import Mapping
 from uavbridge.errors import ConfigError
 from uavbridge.experiments.experiment import Experiment
 
-# name: module under uavbridge.experiments that holds EXPERIMENT
+# name: module under uavbridge.experiments that holds EXPERIMENT, or module:NAME
 MODULES: Mapping[str, str] = {
     "khan-table1": "khan.table1",
     "khan-table2": "khan.table2",
     "khan-fig4": "khan.fig4",
-    "khan-fig5": "khan.fig5",
-    "khan-fig6": "khan.fig6",
-    "khan-fig7": "khan.fig7",
-    "khan-fig8": "khan.fig8",
-    "khan-fig9": "khan.fig9",
+    "khan-fig5": "khan.figures:FIG5",
+    "khan-fig6": "khan.figures:FIG6",
+    "khan-fig7": "khan.figures:FIG7",
+    "khan-fig8": "khan.figures:FIG8",
+    "khan-fig9": "khan.figures:FIG9",
     "khan-moving": "khan.moving",
     "khan-bandwidth": "khan.bandwidth",
     "merge-beyond": "khan.beyond",
+    "merge-steers": "khan.steers",
     "liu-table2": "liu.table2",
     "liu-coverage": "liu.coverage",
     "liu-targets": "liu.targets",
@@ -56,8 +57,9 @@ def find(name: str) -> Experiment:
     """
     if name not in MODULES:
         raise ConfigError(f"unknown experiment {name!r} (known: {', '.join(MODULES)})")
-    module = importlib.import_module(f"uavbridge.experiments.{MODULES[name]}")
-    experiment: Experiment = module.EXPERIMENT
+    module, _, attribute = MODULES[name].partition(":")
+    found = importlib.import_module(f"uavbridge.experiments.{module}")
+    experiment: Experiment = getattr(found, attribute or "EXPERIMENT")
     return experiment
 
 

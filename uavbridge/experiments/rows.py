@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from planners.types import F64
-from uavbridge.experiments.experiment import READING, Axis, Case, Samples, Value
+from uavbridge.experiments.cases import READING, Axis, Case, Samples, Value
 from uavbridge.experiments.printed import Printed
 
 

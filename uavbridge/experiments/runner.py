@@ -8,7 +8,7 @@ same whatever the workers, and whoever does which block first.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -95,16 +95,20 @@ def run(
         cases = list(experiment.cases(params))
     except ValueError as error:
         raise ConfigError(f"experiment {experiment.name}: {error}") from error
-    blocks, owner = _blocks(experiment, cases, params, runs, seed, fidelity)
+    groups = _groups(experiment, cases)
+    blocks, owner = _blocks(
+        experiment, [cases[same[0]] for same in groups], params, runs, seed, fidelity
+    )
     parts: list[Samples | None] = [None] * len(blocks)
     done = 0
     for place, samples in spread(Block.simulate, blocks):
         parts[place] = samples
-        done += len(blocks[place].seeds)
+        done += len(blocks[place].seeds) * len(groups[owner[place]])
         if progress is not None:
             progress(done, runs * len(cases))
-    samples = _joined(cases, owner, parts)
-    outcome = Outcome(experiment, params, runs, seed, fidelity, samples)
+    joined = dict(_joined(groups, owner, parts))
+    samples_of = [(case, joined[number]) for number, case in enumerate(cases)]
+    outcome = Outcome(experiment, params, runs, seed, fidelity, samples_of)
     return replace(outcome, rows=_rows(outcome))
 
 
@@ -131,18 +135,28 @@ def _blocks(
     return blocks, owner
 
 
-def _joined(
-    cases: Sequence[Case], owner: Sequence[int], parts: Sequence[Samples | None]
-) -> list[tuple[Case, Samples]]:
-    joined: list[tuple[Case, Samples]] = []
+def _groups(experiment: Experiment, cases: Sequence[Case]) -> list[list[int]]:
+    """Numbers of cases that have the same samples, each group in its order."""
+    if experiment.alike is None:
+        return [[number] for number in range(len(cases))]
+    groups: dict[tuple[tuple[str, object], ...], list[int]] = {}
     for number, case in enumerate(cases):
-        mine = [part for who, part in zip(owner, parts, strict=True) if who == number]
+        key = tuple(sorted(experiment.alike(case).items()))
+        groups.setdefault(key, []).append(number)
+    return list(groups.values())
+
+
+def _joined(
+    groups: Sequence[Sequence[int]], owner: Sequence[int], parts: Sequence[Samples | None]
+) -> Iterator[tuple[int, Samples]]:
+    """The samples of each case, by its number."""
+    for place, numbers in enumerate(groups):
+        mine = [part for who, part in zip(owner, parts, strict=True) if who == place]
         whole = [part for part in mine if part is not None]
         if len(whole) != len(mine):
             raise ValueError("a block of runs is missing")
         metrics = {name: np.concatenate([part[name] for part in whole]) for name in whole[0]}
-        joined.append((case, metrics))
-    return joined
+        yield from ((number, metrics) for number in numbers)
 
 
 def _rows(outcome: Outcome) -> list[rows.Row]:

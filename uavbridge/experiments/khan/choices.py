@@ -120,6 +120,24 @@ class KhanParams:
         return SensorModel(self.p, self.q)
 
 
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """The region for vehicles."""
+
+    cell_m: float
+    speed_m_s: float
+    flight_s: float  # a search is given up then
+
+    @property
+    def step_s(self) -> float:
+        """Time (s) from cell to cell: a time step of the paper."""
+        return self.cell_m / self.speed_m_s
+
+    def step(self, t_s: float) -> int:
+        """Time step, from 1, at a time (s): UAVs start in the middle of their first cell."""
+        return 1 + int(t_s / self.step_s + 0.5)
+
+
 def rules(choices: KhanParams) -> Mapping[str, MergeRule]:
     """The paper's strategies by its abbreviations, under these choices."""
     keeps, distinct = choices.observer == "keeps", choices.counted == "distinct"

@@ -2,15 +2,16 @@
 
 What differs beside the flight: agents exchange what missions exchange (every cell
 that changed, heard a tick later and told on), a UAV reads a cell on entering it,
-range is measured between vehicles and not between cells, and vehicles fly in layers,
-each at a height of its own. Where two UAVs would start in one cell, the later one
-starts in the next free cell.
+range is measured between vehicles and not between cells, and a search that names no
+cell is given up before batteries are empty. Vehicles fly in layers, each at a height
+of its own, and where two would start in one cell the later one starts in the next free
+cell.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,8 @@ from uavbridge.config.tables import (
 )
 from uavbridge.errors import ConfigError
 from uavbridge.experiments.comparison.compare import search
-from uavbridge.experiments.khan.choices import KhanParams
+from uavbridge.experiments.comparison.trial import Cell, Trial
+from uavbridge.experiments.khan.choices import KhanParams, Scale
 from uavbridge.experiments.khan.world import Fates, Luck
 
 MERGE: Mapping[str, str] = {
@@ -61,19 +63,6 @@ _FIXED = (
     "talk",
     "forget",
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Scale:
-    """How large the cells are for vehicles, and how fast those fly."""
-
-    cell_m: float
-    speed_m_s: float
-
-    @property
-    def step_s(self) -> float:
-        """Time (s) from cell to cell: a time step of the paper."""
-        return self.cell_m / self.speed_m_s
 
 
 def mission_of(
@@ -118,7 +107,7 @@ def mission_of(
             "reach_m": scale.cell_m / 6.0,
         },
         "tick": _tick(scale),
-        "duration": min(choices.steps_most * scale.step_s, 86000.0),
+        "duration": scale.flight_s,
         "coverage_goal": 0.0,
         "fleet": Fleet(starts=tuple((float(x), float(y)) for x, y in places)),
         "agents": tuple(Agent(id=i + 1, altitude_m=height) for i, height in enumerate(heights)),
@@ -151,17 +140,17 @@ def fly(
     ]
     steps, cell, sent = [], [], []
     for trial in search(missions, fidelity, "named"):
-        named = min(trial.declared, key=lambda one: (trial.declared[one], one), default=None)
-        steps.append(choices.steps_most if named is None else step_of(trial.declared[named], scale))
+        named = first_named(trial)
+        steps.append(scale.step(scale.flight_s if named is None else trial.declared[named]))
         cell.append(-1 if named is None else named[0] * choices.rows + named[1])
         sent.append(trial.curves["bytes_per_agent"][-1] * uavs)
     target = np.full(len(seeds), choices.target)
     return Fates(np.array(steps), np.array(cell), target, np.array(sent))
 
 
-def step_of(t_s: float, scale: Scale) -> int:
-    """Time step, from 1, of a time (s): UAVs start in the middle of their first cell."""
-    return 1 + int(t_s / scale.step_s + 0.5)
+def first_named(trial: Trial) -> Cell | None:
+    """The cell declared first, the first of them by number; None: none was."""
+    return min(trial.declared, key=lambda cell: (trial.declared[cell], cell), default=None)
 
 
 def _tick(scale: Scale) -> float:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from matplotlib.patches import Patch
+
 from uavbridge.experiments.experiment import Outcome
+from uavbridge.experiments.intervals import t_quantile
 from uavbridge.experiments.rows import Row
 
 if TYPE_CHECKING:
@@ -22,6 +25,7 @@ LABELS = {
 _MARKS = dict(zip(("UNC", "BU", "AVG", "OGMM", "MOGM", "SDS", "COUNTS"), "kosv^Dx", strict=True))
 
 _RANKS = tuple(_MARKS)[1:]
+STEERING = ("found_s", "gain_percent")
 
 
 def against(
@@ -109,3 +113,32 @@ def bars(figure: Figure, outcome: Outcome) -> None:
         panel.grid(axis="y", alpha=0.3)
     panels[0].set_ylabel("gain over uncoordinated (%); line: paper")
     panels[0].legend(fontsize=7)
+
+
+def steering(figure: Figure, outcome: Outcome) -> None:
+    """Time until the target is declared above, gain below; a column a range, bars by planner."""
+    rows = [row for row in outcome.rows if row.mean is not None]
+    ranges = list(dict.fromkeys(int(row.case["range"]) for row in rows))
+    planners = list(dict.fromkeys(str(row.case["planner"]) for row in rows))
+    rules = list(dict.fromkeys(str(row.case["rule"]) for row in rows))
+    figure.set_size_inches(1.0 + 4.4 * len(ranges), 6.2)
+    panels = figure.subplots(2, len(ranges), squeeze=False, sharey="row", sharex=True)
+    width = 0.8 / len(planners)
+    for row in rows:
+        if row.metric not in STEERING:
+            continue
+        panel = panels[STEERING.index(row.metric), ranges.index(int(row.case["range"]))]
+        place = planners.index(str(row.case["planner"]))
+        x = rules.index(str(row.case["rule"])) + (place - (len(planners) - 1) / 2.0) * width
+        wide = (row.se or 0.0) * (t_quantile(row.n - 1) if row.n > 1 else 0.0)
+        panel.bar(x, row.mean or 0.0, width, yerr=wide, color=f"C{place}", error_kw={"lw": 0.8})
+    for reach, column in zip(ranges, panels.T, strict=True):
+        column[0].set_title(f"range {reach} cells")
+        column[0].set_yscale("log")
+        column[1].set_xticks(range(len(rules)), rules)
+        for panel in column:
+            panel.grid(axis="y", alpha=0.3)
+    panels[0, 0].set_ylabel("time until the target is declared (s)")
+    panels[1, 0].set_ylabel("gain over the same planner alone (%)")
+    marks = [Patch(color=f"C{place}", label=name) for place, name in enumerate(planners)]
+    figure.legend(handles=marks, loc="outside lower center", ncols=len(planners), frameon=False)

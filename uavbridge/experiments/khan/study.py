@@ -12,12 +12,13 @@ from planners.planner import param
 from planners.types import F64, I64
 from uavbridge.experiments import printed, rows
 from uavbridge.experiments.experiment import READING, Case, Outcome, Samples, Value
-from uavbridge.experiments.khan.choices import RULES, KhanParams
+from uavbridge.experiments.khan.choices import RULES, KhanParams, Scale
 from uavbridge.experiments.khan.teams import team_of
 from uavbridge.experiments.khan.world import Fates, search
 
 PAIRED = ("rule", "range")  # the same start cells and draws
 BLOCK = 500
+RUNS_FLOWN = {"dynamics": 10, "mavlink": 2}
 
 # What the paper leaves open, one choice away from the defaults.
 READINGS = (
@@ -69,6 +70,26 @@ class StudyParams(KhanParams):
         return tuple(part.strip() for part in self.readings.split(",") if part.strip())
 
 
+@dataclass(frozen=True, slots=True)
+class FlownParams(StudyParams):
+    """The same, and how large the region is for vehicles."""
+
+    cell_m: float = param(20.0, unit="m", doc="flown: a cell", low=15.0, high=1000.0)
+    speed_m_s: float = param(10.0, unit="m/s", doc="flown: speed", low=1.0, high=12.0)
+    flight_s: float = param(
+        1000.0,
+        unit="s",
+        doc="flown: a search is given up then, for batteries last 18 minutes",
+        low=1.0,
+        high=1100.0,
+    )
+
+    @property
+    def scale(self) -> Scale:
+        """For vehicles."""
+        return Scale(self.cell_m, self.speed_m_s, self.flight_s)
+
+
 def read_as(params: KhanParams, label: str) -> KhanParams:
     """The setting with one choice made otherwise: one of READINGS."""
     name, _, word = label.partition("=")
@@ -94,13 +115,29 @@ def cases(
     return [*plain, *({**case, READING: label} for label in params.others for case in plain)]
 
 
-def simulate(case: Case, params: StudyParams, seeds: I64, fidelity: str) -> Samples:
+def numbers(name: str, text: str, least: int) -> tuple[int, ...]:
+    """Whole numbers by commas. Raises ValueError naming the parameter."""
+    parts = [part.strip() for part in text.split(",")]
+    if not all(part.isdecimal() and int(part) >= least for part in parts):
+        raise ValueError(f"{name} must be whole numbers from {least} on, by commas, not {text!r}")
+    return tuple(dict.fromkeys(int(part) for part in parts))
+
+
+def simulate(case: Case, params: FlownParams, seeds: I64, fidelity: str) -> Samples:
     """Steps until P >= B, and whether another cell than the target's was named."""
     setting = setting_of(case, params)
-    uavs, rule = int(case["N"]), str(case["rule"])
+    uavs, rule, reach = int(case["N"]), str(case["rule"]), float(case["range"])
+    if fidelity != "ideal":
+        from uavbridge.experiments.khan import missions
+
+        return metrics(missions.fly(setting, params.scale, rule, uavs, reach, seeds, fidelity))
     team = team_of(rule, setting, len(seeds), uavs)
-    fates = search(team, setting, uavs, float(case["range"]), seeds)
-    return metrics(fates)
+    return metrics(search(team, setting, uavs, reach, seeds))
+
+
+def alike(case: Case) -> Case:
+    """Who merges nothing does the same at every range."""
+    return {**case, "range": 0} if case["rule"] == "UNC" else case
 
 
 def metrics(fates: Fates) -> dict[str, F64]:
@@ -117,15 +154,15 @@ def setting_of(case: Case, params: KhanParams) -> KhanParams:
     return replace(setting, q=float(case["q"])) if "q" in case else setting
 
 
-def gains(outcome: Outcome) -> list[rows.Row]:
+def gains(outcome: Outcome, metric: str = "steps") -> list[rows.Row]:
     """Gain over uncoordinated search in the same runs, (T_u - T_c) / T_u in percent."""
     paper = printed.load(outcome.experiment.printed)
-    alone = {_without_rule(c): s["steps"] for c, s in outcome.samples if c["rule"] == "UNC"}
+    alone = {_without_rule(c): s[metric] for c, s in outcome.samples if c["rule"] == "UNC"}
     found = []
     for case, samples in outcome.samples:
         if case["rule"] == "UNC":
             continue
-        apart, together = alone[_without_rule(case)], samples["steps"]
+        apart, together = alone[_without_rule(case)], samples[metric]
         ratio = together.mean() / apart.mean()
         n = len(together)
         # A ratio of means of paired runs, to first order.
