@@ -24,6 +24,7 @@ from uavbridge.recording.topics import EventRecord, ScoreRecord, decode
 from uavbridge.replay.opened import Opened
 from uavbridge.replay.play import key_of
 from uavbridge.replay.record import score_of
+from uavbridge.report.alliances import PLANNER, Rosters
 from uavbridge.report.result import Event
 from uavbridge.report.summary import Summary
 
@@ -43,6 +44,7 @@ class Collected:
         tracks: where each vehicle was, by its own word, from where it knew it.
         reports: the newest of each agent.
         declared: when each cell was declared first, and by whom.
+        reached: likewise each target that gives signals, by number.
         summary: at the end of a flight that came to one.
     """
 
@@ -54,11 +56,13 @@ class Collected:
         self.tracks: defaultdict[int, list[Place]] = defaultdict(list)
         self.reports: dict[int, AgentReport] = {}
         self.declared: dict[tuple[int, int], tuple[int, int]] = {}
+        self.reached: dict[int, tuple[int, int]] = {}
         self.events: list[Event] = []
         self.frames: Counter[int] = Counter()
         self.frame_bytes: Counter[int] = Counter()
         self.summary: Summary | None = None
         sensor = SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update)
+        self.rosters = Rosters(len(mission.targets)) if mission.planner == PLANNER else None
         self.union = UnionMap(mission.grid, mission.belief.prior, sensor)
 
     def take(self, message: Message) -> None:
@@ -100,10 +104,16 @@ class Collected:
                 self.declared.get(cell, (t_us, report.agent)), (t_us, report.agent)
             )
 
+        for target, t_us in report.found:
+            now = t_us, report.agent
+            self.reached[target] = min(self.reached.get(target, now), now)
+
     def _frame(self, sender: int, data: bytes) -> None:
         self.frames[sender] += 1
         self.frame_bytes[sender] += len(data)
         frame = decode_frame(data)
+        if frame is not None and self.rosters is not None:
+            self.rosters.hear(frame)
         content = None if frame is None else readable(frame)
         if content is not None:
             self.union.take_records(*content)

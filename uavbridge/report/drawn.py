@@ -43,6 +43,8 @@ def drawings(result: MissionResult) -> dict[str, Drawn]:
             "Bytes sent and heard by each agent",
         ),
     }
+    if result.alliances is not None:
+        made["alliances"] = figures.alliances_figure(result), "Members of suballiances over time"
     return {name: drawn(name, figure, title) for name, (figure, title) in made.items()}
 
 

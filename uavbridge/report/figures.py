@@ -6,6 +6,7 @@ the settings of ``drawn``). Colours stay apart for colour-blind eyes and in grey
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -19,6 +20,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocato
 
 from planners.grid import Grid
 from planners.types import F64
+from uavbridge.report.relief import draw_ground, draw_members
 from uavbridge.report.result import AgentResult, MissionResult, Series
 
 INK, FAINT, PAPER = "#24303c", "#8b97a3", "#ffffff"
@@ -47,8 +49,11 @@ def map_figure(result: MissionResult) -> Figure:
         bar.set_label("belief: P(target in cell)", color=INK, size=9)
         bar.outline.set_visible(False)
         bar.ax.tick_params(labelsize=8.5, length=3, colors=INK)
+    if result.terrain is not None:
+        draw_ground(axes, result.terrain, result.climb_rad)
     _unseen(axes, result)
-    _grid_lines(axes, grid)
+    if not result.by_signal:
+        _grid_lines(axes, grid)
     _tracks(axes, result.tracks)
     _targets(axes, result)
     _frame_map(axes, result)
@@ -63,6 +68,8 @@ def map_figure(result: MissionResult) -> Figure:
 def progress_figure(result: MissionResult) -> Figure:
     """Coverage, entropy and targets over time."""
     series = result.series
+    if result.by_signal:
+        return _found_figure(result)
     figure = Figure(figsize=(7.4, 4.8), layout="constrained")
     coverage, entropy, targets = figure.subplots(3, 1, sharex=True, height_ratios=(1, 1, 0.8))
     coverage.plot(series.t_s, series.coverage * 100, color=BLUE, lw=1.8)
@@ -77,17 +84,44 @@ def progress_figure(result: MissionResult) -> Figure:
     entropy.set_ylabel("entropy (bits)")
     entropy.set_ylim(bottom=0)
     entropy.legend(frameon=False, loc="upper right", ncols=2, fontsize=8.5)
-    targets.step(series.t_s, series.declared, where="post", color=TEAL, lw=1.8)
-    for target in result.targets:
-        if target.found_at_s is not None:
-            targets.axvline(target.found_at_s, color=TEAL, lw=0.8, ls=":", zorder=0)
-    total = max(len(result.targets), 1)
-    targets.set(ylim=(0, total * 1.15), ylabel="targets found")
-    targets.yaxis.set_major_locator(MaxNLocator(integer=True, nbins=4))
-    _time_axis(targets, series)
+    _found(targets, result)
     figure.align_ylabels()
     for axes in (coverage, entropy, targets):
         _plain(axes)
+    return figure
+
+
+def _found(axes: Axes, result: MissionResult) -> None:
+    """Targets found over time."""
+    series = result.series
+    axes.step(series.t_s, series.declared, where="post", color=TEAL, lw=1.8)
+    for target in result.targets:
+        if target.found_at_s is not None:
+            axes.axvline(target.found_at_s, color=TEAL, lw=0.8, ls=":", zorder=0)
+    total = max(len(result.targets), 1)
+    axes.set(ylim=(0, total * 1.15), ylabel="targets found")
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True, nbins=4))
+    _time_axis(axes, series)
+
+
+def _found_figure(result: MissionResult) -> Figure:
+    figure = Figure(figsize=(7.4, 2.2), layout="constrained")
+    axes = figure.add_subplot()
+    _found(axes, result)
+    _plain(axes)
+    return figure
+
+
+def alliances_figure(result: MissionResult) -> Figure:
+    """Members of each target's suballiance over time."""
+    alliances = result.alliances
+    figure = Figure(figsize=(7.4, 4.4), layout="constrained")
+    axes = figure.add_subplot()
+    if alliances is not None:
+        found_at = [target.found_at_s for target in result.targets]
+        draw_members(axes, alliances.t_s, alliances.members, alliances.first, found_at)
+    _time_axis(axes, result.series)
+    _plain(axes)
     return figure
 
 
@@ -194,7 +228,9 @@ def _targets(axes: Axes, result: MissionResult) -> None:
     grid = result.grid
     for target in result.targets:
         x, y = target.position or grid.centre_of(target.cell)
-        if target.found_at_s is not None:
+        if target.found_at_s is not None and result.by_signal:
+            axes.plot(x, y, "o", ms=20, mfc="none", mec=TEAL, mew=2.0, zorder=7)
+        elif target.found_at_s is not None:
             _ring(axes, grid, target.cell, TEAL)
         axes.plot(x, y, "*", ms=15, mfc="#ffd23f", mec=INK, mew=1.0, zorder=8)
     for cell in result.false_targets:
@@ -234,9 +270,13 @@ def _map_legend(result: MissionResult) -> list[Line2D | Rectangle]:
         handles.append(marker("o", 8, INK, PAPER, "start and track"))
     if result.targets:
         handles.append(marker("*", 12, "#ffd23f", INK, "target"))
-        handles.append(marker("s", 9, "none", TEAL, "declared"))
+        shape, word = ("o", "found") if result.by_signal else ("s", "declared")
+        handles.append(marker(shape, 9, "none", TEAL, word))
     if result.false_targets:
         handles.append(marker("X", 8, RED, PAPER, "declared, but nothing there"))
+    if result.terrain is not None and result.terrain.steepest() > result.climb_rad + 1e-9:
+        label = f"slopes above {math.degrees(result.climb_rad):g}°"
+        handles.append(Rectangle((0, 0), 1, 1, fc="#d9483b", alpha=0.55, lw=0, label=label))
     if result.seen is not None and not result.seen.all():
         handles.append(
             Rectangle(

@@ -41,7 +41,8 @@ def report_page(result: MissionResult, drawn: Mapping[str, Drawn]) -> str:
     """The page as text, with the figures in it."""
     sections = (
         _section("Map", _figure(drawn["map"].svg, _map_caption(result))),
-        _section("Progress", _figure(drawn["progress"].svg, _PROGRESS_CAPTION)),
+        _section("Progress", _figure(drawn["progress"].svg, _progress_caption(result))),
+        _section("Suballiances", _alliances(drawn)),
         _section("Targets", _targets(result)),
         _section("Separation", _figure(drawn["separation"].svg, _SEPARATION_CAPTION)),
         _section("Radio", _figure(drawn["radio"].svg, _RADIO_CAPTION)),
@@ -80,6 +81,11 @@ _PROGRESS_CAPTION = (
     "Over the union of all agents' maps. Entropy counts both outcomes of each cell; the one-sided "
     "sum of Liu 2022 (−Σ P log₂ P) rises at first visits. Dotted: a target is declared."
 )
+_FOUND_CAPTION = "Targets that some vehicle came to by their signals."
+_ALLIANCES_CAPTION = (
+    "Robots on the roster of each target's leader, those of class I (who hear the target "
+    "themselves) dark; a star marks when the target was found."
+)
 _SEPARATION_CAPTION = "True distance between the two closest airborne vehicles, in all phases."
 _RADIO_CAPTION = "Frames on the emulated radio, as offered by and delivered to each agent."
 
@@ -115,11 +121,15 @@ def _tiles(result: MissionResult) -> Iterable[str]:
     sent = sum(agent.bytes_sent for agent in result.agents)
     frames = sum(agent.frames_sent for agent in result.agents)
     flown = sum(agent.distance_m for agent in result.agents)
-    yield _tile(f"{result.found} / {len(result.targets)}", f"targets declared, {false} false")
-    yield _tile(number(result.coverage * 100, "%"), f"coverage{goal}")
-    yield _tile(
-        number(result.entropy, "bits"), f"entropy; one-sided {number(result.uncertainty, '')}"
-    )
+    found = f"{result.found} / {len(result.targets)}"
+    if result.by_signal:
+        yield _tile(found, "targets found by their signals")
+    else:
+        yield _tile(found, f"targets declared, {false} false")
+        yield _tile(number(result.coverage * 100, "%"), f"coverage{goal}")
+        yield _tile(
+            number(result.entropy, "bits"), f"entropy; one-sided {number(result.uncertainty, '')}"
+        )
     yield _tile(number(result.min_separation_m, "m"), f"closest pair{beyond}")
     yield _tile(data_size(sent), f"sent in {count(frames)} frames")
     yield _tile(f"{flown / 1000:.1f} km", "flown together")
@@ -137,17 +147,26 @@ def _map_caption(result: MissionResult) -> str:
     )
 
 
+def _progress_caption(result: MissionResult) -> str:
+    return _FOUND_CAPTION if result.by_signal else _PROGRESS_CAPTION
+
+
+def _alliances(drawn: Mapping[str, Drawn]) -> str:
+    return _figure(drawn["alliances"].svg, _ALLIANCES_CAPTION) if "alliances" in drawn else ""
+
+
 def _targets(result: MissionResult) -> str:
+    word = "found" if result.by_signal else "declared"
     rows = [
         (
             f"({target.cell[0]}, {target.cell[1]})",
-            "not declared" if target.found_at_s is None else duration(target.found_at_s),
+            f"not {word}" if target.found_at_s is None else duration(target.found_at_s),
             "-" if target.by is None else str(target.by),
         )
         for target in result.targets
     ]
     rows += [(f"({c}, {r})", "false: nothing there", "-") for c, r in result.false_targets]
-    return _table(("cell", "declared at (min:s)", "by agent"), rows, numeric=False)
+    return _table(("cell", f"{word} at (min:s)", "by agent"), rows, numeric=False)
 
 
 def _agents(agents: Sequence[AgentResult]) -> str:

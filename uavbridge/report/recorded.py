@@ -13,6 +13,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from planners.terrain import Terrain
 from planners.types import F64
 from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.clock import to_s
@@ -64,6 +65,7 @@ def _result(collected: Collected, whole: Opened) -> MissionResult:
     found = sum(target.found_at_s is not None for target in targets)
     enough = _last(series.coverage) >= mission.coverage_goal
     separation = series.separation_m[np.isfinite(series.separation_m)]
+    by_signal = mission.signals is not None
     false = {cell for cell in collected.declared if cell not in cells}
     return MissionResult(
         mission=mission.name,
@@ -71,21 +73,25 @@ def _result(collected: Collected, whole: Opened) -> MissionResult:
         clock=whole.head.clock,
         duration_s=to_s(collected.last_us),
         wall_s=summary.wall_s if summary else 0.0,
-        reached_goal=enough and found == len(targets),
+        reached_goal=(enough or by_signal) and found == len(targets),
         grid=mission.grid,
         series=series,
         tracks={agent: collected.track(agent) for agent in sorted(collected.tracks)},
-        belief=probability,
-        seen=stamp_us >= 0,
-        coverage=_last(series.coverage),
-        uncertainty=_last(series.uncertainty),
-        entropy=_last(series.entropy),
+        belief=None if by_signal else probability,
+        seen=None if by_signal else stamp_us >= 0,
+        by_signal=by_signal,
+        terrain=_terrain(mission),
+        climb_rad=np.nan if mission.ground is None else mission.ground.beta_rad,
+        alliances=None if collected.rosters is None else collected.rosters.alliances(),
+        coverage=np.nan if by_signal else _last(series.coverage),
+        uncertainty=np.nan if by_signal else _last(series.uncertainty),
+        entropy=np.nan if by_signal else _last(series.entropy),
         targets=targets,
         false_targets=tuple(summary.false_targets) if summary else tuple(sorted(false)),
         agents=_agents(collected),
         radio=radio_of(mission).words(),
         min_separation_m=float(separation.min()) if len(separation) else np.nan,
-        coverage_goal=mission.coverage_goal,
+        coverage_goal=np.nan if by_signal else mission.coverage_goal,
         separation_limit_m=mission.safety.separation_m if mission.safety.separation else np.nan,
         events=tuple(sorted(collected.events, key=lambda event: event.t_s)),
         failures=_failures(collected),
@@ -115,7 +121,17 @@ def _last(values: F64) -> float:
     return float(values[-1]) if len(values) else float("nan")
 
 
+def _terrain(mission: Mission) -> Terrain | None:
+    """The ground; None too where its file is not there any more."""
+    try:
+        return mission.terrain()
+    except ValueError:
+        return None
+
+
 def _targets(mission: Mission, collected: Collected) -> tuple[TargetResult, ...]:
+    if mission.signals is not None:
+        return _reached(mission, collected)
     summary = collected.summary
     fates: dict[tuple[int, int], tuple[float | None, int | None]] = {
         cell: (to_s(t_us), by) for cell, (t_us, by) in collected.declared.items()
@@ -129,6 +145,17 @@ def _targets(mission: Mission, collected: Collected) -> tuple[TargetResult, ...]
     return tuple(
         TargetResult(cell, *fates.get(cell, (None, None)), place) for cell, place in places.items()
     )
+
+
+def _reached(mission: Mission, collected: Collected) -> tuple[TargetResult, ...]:
+    """Targets that gave signals, each for itself."""
+    results = []
+    for number, target in enumerate(mission.targets):
+        column, row = mission.grid.cell_of(target.position).tolist()
+        t_us, by = collected.reached.get(number, (None, None))
+        at_s = None if t_us is None else to_s(t_us)
+        results.append(TargetResult((column, row), at_s, by, target.position))
+    return tuple(results)
 
 
 def _agents(collected: Collected) -> tuple[AgentResult, ...]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planners.grid import Grid
+from planners.terrain import Terrain
 from planners.types import F64, I64, Bools
 
 
@@ -34,12 +35,21 @@ class Series:
         return Series(none, none, none, none, np.zeros(0, np.int64), none)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Alliances:
+    """Suballiances of the mountain search (Zhou 2023), sampled over time."""
+
+    t_s: F64  # (k,)
+    members: I64  # (k, targets) on the roster of each target's leader
+    first: I64  # (k, targets) of them, who hear the target themselves: class I
+
+
 @dataclass(frozen=True, slots=True)
 class TargetResult:
     """One true target."""
 
     cell: tuple[int, int]  # (column, row)
-    found_at_s: float | None = None  # None: no agent declared its cell
+    found_at_s: float | None = None  # None: no agent declared its cell, or came to its signal
     by: int | None = None
     position: tuple[float, float] | None = None  # None: somewhere in its cell
 
@@ -90,6 +100,10 @@ class MissionResult:
     tracks: Mapping[int, F64] = field(default_factory=dict)  # agent: (k, 3)
     belief: F64 | None = None  # (columns, rows) union of the maps at the end; None: not known
     seen: Bools | None = None  # (columns, rows); None: taken as all seen
+    by_signal: bool = False  # targets gave signals: no cells were looked at
+    terrain: Terrain | None = None  # None: level ground
+    climb_rad: float = float("nan")  # beta of the terrain
+    alliances: Alliances | None = None
     agent_beliefs: Mapping[int, F64] = field(default_factory=dict)  # agent: (columns, rows)
     coverage: float = float("nan")
     uncertainty: float = float("nan")

@@ -129,8 +129,7 @@ def summary_text(result: MissionResult) -> str:
         "",
         _row("mission time", f"{duration(result.duration_s)}{speed}"),
         _row("seed, clock", f"{result.seed}, {result.clock}"),
-        _row("coverage", f"{number(result.coverage * 100, '%')}{goal}"),
-        _row("entropy", f"{number(result.entropy, 'bits')}, one-sided {_short(result)}"),
+        *([] if result.by_signal else _map_rows(result, goal)),
         *_target_rows(result),
         _row("closest pair", number(result.min_separation_m, "m") + limit),
         _row("agents", _states(result)),
@@ -147,6 +146,13 @@ def summary_text(result: MissionResult) -> str:
     return "\n".join([*cut, _row("output", plain(result.out) or "-")])
 
 
+def _map_rows(result: MissionResult, goal: str) -> list[str]:
+    return [
+        _row("coverage", f"{number(result.coverage * 100, '%')}{goal}"),
+        _row("entropy", f"{number(result.entropy, 'bits')}, one-sided {_short(result)}"),
+    ]
+
+
 def _valid(text: str) -> str:
     """The text without halves of characters, which JSON in UTF-8 can not hold."""
     return text.encode(errors="replace").decode()
@@ -159,13 +165,14 @@ def _short(result: MissionResult) -> str:
 def _target_rows(result: MissionResult) -> list[str]:
     total = len(result.targets)
     false = f", {len(result.false_targets)} false" if result.false_targets else ""
-    rows = [_row("targets", f"{result.found} of {total} declared{false}")]
+    word = "found" if result.by_signal else "declared"
+    rows = [_row("targets", f"{result.found} of {total} {word}{false}")]
     for target in result.targets[:_LISTED]:
         if target.found_at_s is None:
             fate = "not found"
         else:
             by = "" if target.by is None else f" by agent {target.by}"
-            fate = f"declared at {duration(target.found_at_s)}{by}"
+            fate = f"{word} at {duration(target.found_at_s)}{by}"
         rows.append(_row("", f"cell {target.cell[0]},{target.cell[1]} {fate}"))
     if total > _LISTED:
         rows.append(_row("", f"and {total - _LISTED} more"))

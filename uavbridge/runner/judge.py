@@ -8,7 +8,6 @@ It knows the true targets; the agents do not.
 from __future__ import annotations
 
 import logging
-from collections import Counter
 from dataclasses import dataclass
 from enum import Enum
 from math import inf, nan
@@ -26,9 +25,9 @@ from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.agent.report import AgentReport, decode
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
-from uavbridge.bus.screening import FUTURE_S, Screening
 from uavbridge.bus.layers import decode_layer
 from uavbridge.bus.messages import decode_truth
+from uavbridge.bus.screening import FUTURE_S, Screening
 from uavbridge.bus.wire import Frame
 from uavbridge.bus.wire import decode as decode_frame
 from uavbridge.clock import SECOND_US, to_s, to_us
@@ -37,6 +36,8 @@ from uavbridge.monitor.past import Chronicle, PastPoint
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import MissionRecord
 from uavbridge.recording.topics import encode as encode_record
+from uavbridge.report.alliances import PLANNER as ROSTERED
+from uavbridge.report.alliances import Rosters
 from uavbridge.runner import assemble
 from uavbridge.runner.separation import SeparationWatch
 
@@ -102,6 +103,7 @@ class Judge:
         self.samples: list[Sample] = []
         self.tracks: dict[int, list[tuple[float, float, float]]] = {}
         self.separation = SeparationWatch()
+        self.rosters = Rosters(len(mission.targets)) if mission.planner == ROSTERED else None
         self._screening = Screening(assemble.bounds_of(mission))
         self.rejects = self._screening.rejects
         self._bus, self._recorder = bus, recorder
@@ -212,6 +214,8 @@ class Judge:
             frame = decode_frame(sample.data, self.rejects)
             if frame and self._screening.passes(sample.key, frame, frame.kind, t_us):
                 self._merge(frame)
+                if self.rosters is not None:
+                    self.rosters.hear(frame)
         for report in self._placed():
             self.tracks.setdefault(report.agent, []).append(report.position)
         if not self._simulated:

@@ -6,6 +6,7 @@ import platform
 import sys
 from dataclasses import dataclass
 from importlib.metadata import version
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ def result_of(
 ) -> MissionResult:
     """Everything a report needs."""
     mission = judge.mission
-    samples = judge.samples
+    samples, by_signal = judge.samples, mission.signals is not None
     targets = [
         TargetResult(
             cell,
@@ -68,17 +69,21 @@ def result_of(
             np.array([s.separation_m for s in samples]),
         ),
         tracks={agent: judge.track(agent) for agent in mission.scenario().team},
-        belief=judge.union.probability,
-        seen=judge.union.seen,
-        coverage=judge.seen_share,
-        uncertainty=last.uncertainty,
-        entropy=last.entropy,
+        belief=None if by_signal else judge.union.probability,
+        seen=None if by_signal else judge.union.seen,
+        by_signal=by_signal,
+        terrain=mission.terrain(),
+        climb_rad=nan if mission.ground is None else mission.ground.beta_rad,
+        alliances=None if judge.rosters is None else judge.rosters.alliances(),
+        coverage=nan if by_signal else judge.seen_share,
+        uncertainty=nan if by_signal else last.uncertainty,
+        entropy=nan if by_signal else last.entropy,
         targets=tuple(targets),
         false_targets=tuple(sorted(cell for cell in judge.declared if cell not in cells)),
         agents=_agents(judge),
         radio=radio_of(mission).words(),
         min_separation_m=judge.separation.closest,
-        coverage_goal=mission.coverage_goal,
+        coverage_goal=nan if by_signal else mission.coverage_goal,
         separation_limit_m=mission.safety.separation_m if mission.safety.separation else np.nan,
         events=tuple(events),
         failures=judge.failures(),

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planners.terrain import Terrain
-from uavbridge.experiments.style import FAINT, GREEN, INDIGO, INK, ORANGE, RED, plain
+from uavbridge.experiments.style import GREEN, INDIGO, INK, ORANGE, RED, plain
+from uavbridge.report.relief import draw_ground, draw_members
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,17 +34,7 @@ def draw(figure: Figure, runs: Sequence[Trace], climb_rad: float) -> None:
 
 def ground(axes: Axes, terrain: Terrain, climb_rad: float) -> None:
     """Heights as shade and contours; in red the cells with slopes above beta."""
-    west, south, east, north = terrain.bounds
-    extent = (west, east, south, north)
-    axes.imshow(terrain.heights.T, origin="lower", extent=extent, cmap="Greys", alpha=0.35)
-    axes.contour(
-        terrain.heights.T, levels=10, origin="lower", extent=extent, colors=FAINT, linewidths=0.4
-    )
-    steep = np.where(terrain.cell_slopes() > climb_rad + 1e-9, 1.0, np.nan)
-    if np.isfinite(steep).any():
-        axes.imshow(
-            steep.T, origin="lower", extent=extent, cmap="Reds", vmin=0.0, vmax=1.3, alpha=0.6
-        )
+    draw_ground(axes, terrain, climb_rad)
     axes.set_aspect("equal")
     axes.tick_params(colors=INK, length=3, width=0.8)
 
@@ -82,20 +73,11 @@ def _alliance(axes: Axes, run: Trace, climb_rad: float) -> None:
 
 def _members(axes: Axes, run: Trace) -> None:
     """Members by target over time: class I dark, class II light."""
-    for target in range(len(run.targets)):
-        mine = run.task == target
-        for values, colour in (
-            (mine.sum(axis=1), FAINT),
-            ((mine & (run.first == 1)).sum(axis=1), INDIGO),
-        ):
-            level = target + 1 + 0.13 * values
-            axes.fill_between(
-                np.arange(1, len(mine) + 1), target + 1, level, step="mid", color=colour, lw=0
-            )
-        if run.reached_at[target] > 0:
-            axes.plot(run.reached_at[target], target + 1, "*", ms=9, color=ORANGE, mec=INK, mew=0.5)
-    axes.set_yticks(range(1, len(run.targets) + 1))
-    axes.set_ylabel("target")
+    of_target = run.task[..., None] == np.arange(len(run.targets))
+    members = of_target.sum(axis=1)
+    first = (of_target & (run.first == 1)[..., None]).sum(axis=1)
+    found_at = [float(step) if step > 0 else None for step in run.reached_at]
+    draw_members(axes, np.arange(1.0, len(members) + 1.0), members, first, found_at)
     axes.set_xlabel("step")
     axes.set_title("members (class I dark), found (star)", loc="left", color=INK)
     plain(axes)
