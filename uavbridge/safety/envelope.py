@@ -81,8 +81,10 @@ class Envelope:
     separation_m: float = 10.0  # distance that the filter keeps; 0: filter off
     braking: Braking = Braking()
     terrain: Terrain | None = None
+    slowest_m_s: float = 0.0  # it flies no slower, and so can not stop; 0: it can
     drives: bool = False  # it stays on the ground: no altitudes, no vertical speed
     steepest_rad: float = pi / 2  # steepest ground that a vehicle drives on
+    columns: tuple[tuple[float, float, float], ...] = ()  # x, y, radius: nobody may fly there
 
     def holding(self, place: tuple[float, float, float]) -> Envelope:
         """The same, with a fence as much wider as a home outside it needs."""

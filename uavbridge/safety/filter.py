@@ -45,7 +45,7 @@ class Filtered:
     """A safe velocity and what bent it."""
 
     velocity: Vector
-    limited_by: tuple[str, ...]  # of "speed", "fence", "altitude", "separation", "ground"
+    limited_by: tuple[str, ...]  # "speed", "fence", "altitude", "separation", "ground", "obstacle"
 
 
 def constrain(
@@ -74,12 +74,14 @@ def constrain(
     named += _heights(position, velocity, envelope, keep_band)
     separation = _separation(position, velocity, traffic, envelope)
     named += [("separation", rule) for rule, _ in separation]
+    columns = _columns(position, velocity, envelope)
+    named += [("obstacle", rule) for rule, _ in columns]
     limited = [name for name, rule in named if rule.along(wanted) > rule.limit + 1e-9]
     slow = _limit_speed(wanted, envelope)
     if slow != wanted:
         limited.append("speed")
     rules = [rule for _, rule in named]
-    aim = _sidestep(slow, separation)
+    aim = _sidestep(slow, separation + columns)
     if envelope.terrain is None:
         safe = _project(aim, rules, envelope)
     else:
@@ -97,10 +99,12 @@ def _on_ground(
     separation = _separation(here, going, others, e)
     named = [("fence", rule) for rule in _fence(here, going, e)]
     named += [("separation", rule) for rule, _ in separation]
+    columns = _columns(here, going, e)
+    named += [("obstacle", rule) for rule, _ in columns]
     asked = _level(wanted)
     limited = [name for name, rule in named if rule.along(asked) > rule.limit + 1e-9]
     rules = [rule for _, rule in named]
-    free = _project(_sidestep(_limit_speed(asked, e), separation), rules, e)
+    free = _project(_sidestep(_limit_speed(asked, e), separation + columns), rules, e)
     safe = ground.drivable(free, position, velocity, e)
     limited += ["speed"] if hypot(asked[0], asked[1]) > e.speed_m_s else []
     limited += ["ground"] if safe != free else []
@@ -197,6 +201,22 @@ def _separation(
         flat = hypot(x, y)
         right = (y / flat, -x / flat, 0.0) if flat > 0.2 else (0.0, 0.0, 0.0)
         rules.append((HalfSpace(x, y, z, limit), right))
+    return rules
+
+
+def _columns(position: Vector, velocity: Vector, e: Envelope) -> list[tuple[HalfSpace, Vector]]:
+    """A rule per column that matters, and the direction that passes it on the right."""
+    rules = []
+    for x, y, radius_m in e.columns:
+        dx, dy = x - position[0], y - position[1]
+        distance = hypot(dx, dy)
+        if distance < TOUCHING_M:  # on its axis: any way out will do
+            dx, dy, distance = 1.0, 0.0, 1.0
+        nx, ny = dx / distance, dy / distance
+        closing = velocity[0] * nx + velocity[1] * ny
+        room_m = hypot(x - position[0], y - position[1]) - radius_m - DRIFT_M
+        near = _near([(nx, ny, 0.0, room_m, closing)], e.speed_m_s, e)
+        rules += [(rule, (ny, -nx, 0.0)) for rule in near]
     return rules
 
 
