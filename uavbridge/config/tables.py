@@ -282,6 +282,15 @@ class Simulator(Table, frozen=True):
     ] = field(default_factory=dict)
 
 
+class Mavlink(Table, frozen=True):
+    """The links to vehicles that are not simulated."""
+
+    signing_keys: Annotated[
+        str | None,
+        Meta(description="file of MAVLink 2 signing keys; then what is not signed is refused"),
+    ] = None
+
+
 class Recording(Table, frozen=True):
     """What is written to the output folder beside summary and report."""
 
@@ -292,15 +301,6 @@ class Recording(Table, frozen=True):
     ] = True
     part_mb: Annotated[
         float,
-class Mavlink(Table, frozen=True):
-    """The links to vehicles that are not simulated."""
-
-    signing_keys: Annotated[
-        str | None,
-        Meta(description="file of MAVLink 2 signing keys; then what is not signed is refused"),
-    ] = None
-
-
         Meta(ge=0.0, description="a new mission-N.mcap after so many MB; 0: never"),
     ] = 256.0
     part_min: Annotated[
