@@ -119,6 +119,7 @@ def _roles(agents: Iterable[int]) -> list[_Role]:
                     keys.pace(agent),
                     keys.layer("*", agent),
                     keys.alive(agent),
+                    f"layer/*/{agent}",
                 ),
                 (
                     "air/**",

@@ -11,13 +11,15 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TypeAlias
 
 from planners.planner import Planner
+from uavbridge.agent.plan import AgentPlan
 from uavbridge.bus.security import LAUNCHER, ROUTER
 from uavbridge.bus.zenoh_bus import Router, ZenohBus
-from uavbridge.clock import SECOND_US, Clock, LedClock, to_s
+from uavbridge.clock import SECOND_US, Clock, LedClock, PacedClock, to_s
 from uavbridge.config import Mission
 from uavbridge.errors import UavbridgeError
 from uavbridge.mavlink.link import Link
@@ -31,15 +33,16 @@ from uavbridge.runner.control import (
     CONTROL_US,
     LATE_TICKS,
     LEAD_US,
-    LOOPBACK,
     Flown,
     Progress,
     build_host,
     logged,
 )
 from uavbridge.runner.crew import Crew
+from uavbridge.runner.earlier import Earlier
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.judge import Judge
+from uavbridge.runner.nets import NetNotes
 from uavbridge.runner.payloads import Payloads
 from uavbridge.runner.router import RouterProcess
 from uavbridge.runner.simulation import Reached, Simulation
@@ -63,6 +66,7 @@ def fly_paced(
     tell: Callable[[str], None] = _log.info,
     aside: Aside | None = None,
     attached: Mapping[int, Attached] = MappingProxyType({}),
+    earlier: Earlier | None = None,
 ) -> Flown:
     """Fly a whole mission.
 
@@ -75,17 +79,14 @@ def fly_paced(
         tell: is told what people need to know at the start.
         aside: entered with the router's endpoint, left at the end.
         attached: vehicles of agents with endpoints that were found already.
+        earlier: what was flown of this mission before; it goes on from there.
 
     Raises:
         BusError: no router, or its port is in use; the message names the key.
         LinkError: a port is in use; likewise.
     """
     others = mission.apart()
-    plans = [
-        plan
-        for plan in assemble.agent_plans(mission.for_agents(), planner)
-        if plan.agent not in others
-    ]
+    plans = _plans(mission, planner, earlier)
     with ExitStack() as stack:
         endpoint = mission.bus.router
         if endpoint is None:
@@ -141,9 +142,11 @@ def fly_paced(
             for agent, link in links.items()
         }
         host = build_host(mission, plans, vehicles, bus, recorder)
-        progress = _with_payloads(mission, session, progress)
-        _loop(clock, host, crew, judge, simulation, progress, stop)
         elsewhere = {a: v for a, v in vehicles.items() if mission.endpoint(a) is not None}
+        progress = _with_payloads(mission, session, progress)
+        progress = _with_notes(NetNotes(elsewhere, recorder), progress)
+        began_us = _go_on(earlier, paced, host, judge, vehicles) if earlier else 0
+        _loop(clock, host, crew, judge, simulation, progress, stop, began_us)
         stand_down(elsewhere, paced, tell)
         return Flown(judge, host)
 
@@ -156,9 +159,10 @@ def _loop(
     simulation: Simulation,
     progress: Progress,
     stop: Callable[[], bool],
+    began_us: int = 0,
 ) -> None:
     """Control ticks until the judge sees the end."""
-    t_us, late = 0, 0
+    t_us, late = began_us, 0
     simulation.allow(AHEAD_US)
     while not judge.ended(t_us):
         clock.wait_until(t_us)
@@ -179,6 +183,49 @@ def _loop(
             late += 1
     if late:
         _log.warning("%d control ticks were left out: the machine is too slow for this speed", late)
+
+
+def _plans(mission: Mission, planner: Planner, earlier: Earlier | None) -> list[AgentPlan]:
+    """Of the agents that fly in this process."""
+    others = mission.apart()
+    plans = [
+        plan
+        for plan in assemble.agent_plans(mission.for_agents(), planner)
+        if plan.agent not in others
+    ]
+    if earlier is None:
+        return plans
+    return [replace(plan, resumes=True, home=earlier.homes.get(plan.agent)) for plan in plans]
+
+
+def _go_on(
+    earlier: Earlier,
+    clock: PacedClock,
+    host: AgentHost,
+    judge: Judge,
+    vehicles: Mapping[int, MavlinkVehicle],
+) -> int:
+    """Everybody knows what was known; the mission time to begin at."""
+    for seat in host.seats:
+        seat.agent.remember(earlier.frames.get(seat.agent.plan.agent, []))
+    for frames in earlier.frames.values():
+        judge.remember(frames)
+    for agent, settings in earlier.nets.items():
+        if agent in vehicles:
+            vehicles[agent].net.before = dict(settings)
+    began_us = (earlier.t_us // SECOND_US + 1) * SECOND_US
+    clock.epoch_ns -= int(began_us * 1000 / clock.speed)
+    return began_us
+
+
+def _with_notes(notes: NetNotes, progress: Progress) -> Progress:
+    """What the autopilots had set before is written down."""
+
+    def note(t_us: int, judge: Judge, host: AgentHost) -> None:
+        notes.step(t_us)
+        progress(t_us, judge, host)
+
+    return note
 
 
 def _with_payloads(
@@ -212,7 +259,7 @@ def _link(mission: Mission, agent: int, place: int) -> Link:
             return open_link(url, agent)
     ports = mission.simulator.ports
     with _about("simulator.ports"):
-        return UdpLink.bind(LOOPBACK, 0 if ports == "auto" else ports + place, agent)
+        return UdpLink.bind(mission.simulator.host, 0 if ports == "auto" else ports + place, agent)
 
 
 @contextmanager
