@@ -12,10 +12,13 @@ from sim_vehicles.codec import mav
 from sim_vehicles.craft import Craft
 from sim_vehicles.driving import DRIVING, DrivenLegs
 from sim_vehicles.dynamics import MODELS
+from sim_vehicles.dynamics.plane import GuidedPlane, SixDof
 from sim_vehicles.dynamics.rover import GroundRover
 from sim_vehicles.flavour import PX4
 from sim_vehicles.modes import MODES, Mode
 from sim_vehicles.routines import ROUTINES
+from sim_vehicles.winged import PX4 as PX4_WINGED
+from sim_vehicles.winged import WINGED, WingedLegs, px4
 
 PX4_MULTIROTOR: Final = Craft(
     kind="multirotor",
@@ -41,10 +44,23 @@ PX4_ROVER: Final = Craft(
     legs=DrivenLegs,
 )
 
+PX4_PLANE: Final = Craft(
+    kind="plane",
+    autopilot="px4",
+    mav_type=mav.MAV_TYPE_FIXED_WING,
+    flavour=PX4,
+    models={"six-dof": SixDof, "guidance": GuidedPlane},
+    modes=MODES,
+    routines=WINGED,
+    parameters=PX4_WINGED,
+    derive=px4,
+    legs=WingedLegs,
+)
+
 CRAFTS: Final[Mapping[tuple[str, str], Craft]] = MappingProxyType(
     {
         (craft.autopilot, craft.kind): craft
-        for craft in (PX4_MULTIROTOR, PX4_ROVER, COPTER, ROVER)
+        for craft in (PX4_MULTIROTOR, PX4_ROVER, PX4_PLANE, COPTER, ROVER)
     }
 )
 """By autopilot ("px4", "ardupilot") and kind ("multirotor", "rover", "plane")."""

@@ -22,7 +22,9 @@ from uavbridge.agent.obeying import Obeying
 from uavbridge.agent.orders import Order, Verb
 from uavbridge.agent.phases import DRIVEN, ENDED, FOLLOWING, Phase, check
 from uavbridge.agent.plan import SIMULATED, AgentPlan
+from uavbridge.agent.winging import Winging
 from uavbridge.clock import to_s
+from uavbridge.safety import winged
 from uavbridge.safety.envelope import Envelope
 from uavbridge.safety.filter import Traffic, Vector, constrain
 from uavbridge.vehicle.api import (
@@ -45,6 +47,7 @@ from uavbridge.vehicle.api import (
 )
 
 STOPPED_M_S = 0.2
+SLOWEST = 0.7  # share of the speed limit below which a plane that we know nothing of is not flown
 SLOWEST_CLIMB_M_S = 0.5  # of a vehicle that takes off
 STRANGE_MODE_S = 0.3  # a mode we did not ask for, for so long: somebody has the vehicle
 NET_MARGIN_M = 20.0  # from what the bridge allows to where the autopilot's own net begins
@@ -63,7 +66,7 @@ class Flight:
     def __init__(self, plan: AgentPlan) -> None:
         self.plan = plan
         self.phase = Phase.CONNECT
-        self.course: Course = Driving(plan) if plan.drives else Flying(plan)
+        self.course = _course(plan)
         self._way = plan.envelope  # on the way from home and back
         self.distance_m = 0.0
         self.failure = ""
@@ -105,9 +108,17 @@ class Flight:
             for order in inputs.orders:
                 self._obey(order, inputs.state, inputs.t_us)
             if to_s(inputs.t_us) >= self.plan.duration_s:
-                self._obey(Order(Verb.RETURN), inputs.state, inputs.t_us)
+                self._end(inputs.state, inputs.t_us)
             self._fly(inputs.state, inputs.t_us, setpoint, traffic)
         return self._effects
+
+    def _end(self, state: VehicleState, t_us: int) -> None:
+        """The mission's time is over."""
+        if self.plan.aloft and self.phase in (Phase.SEARCH, Phase.PAUSE):
+            self._effects.append(Do(HoldPosition()))
+            self._enter(Phase.ALOFT, t_us)
+        else:
+            self._obey(Order(Verb.RETURN), state, t_us)
 
     def come_home(self, why: str, t_us: int) -> None:
         """Give up the search for a fault; the effect of it shows in the next ``step``."""
@@ -277,11 +288,12 @@ class Flight:
         x, y, _ = self.plan.start
         ground = 0.0 if self.plan.terrain is None else float(self.plan.terrain.height_at((x, y)))
         self.course.home = (x, y, ground)
-        self._orders.taking = self.plan.resumes and state.mode in OURS
+        ours = self.plan.resumes or self.plan.aloft
+        self._orders.taking = ours and state.mode in OURS
         mode = state.mode_text or state.mode.value
-        if self._orders.taking:
+        if self._orders.taking and not self.plan.aloft:
             self._tell(f"takes over its vehicle in {mode}")
-        else:
+        elif not self._orders.taking:
             self.failure = f"vehicle is in the air already, in {mode}: yielded"
             self._tell(self.failure, failure=True)
         self._enter(Phase.YIELDED, t_us)
@@ -352,7 +364,8 @@ class Flight:
         if leg.after is not None:
             self._arrive(leg.after, t_us)
         near_ground = self.phase in (Phase.CLIMB, Phase.DESCEND, Phase.LAND)
-        safe = constrain(
+        circles = self._envelope().slowest_m_s > 0.0
+        safe = (winged.constrain if circles else constrain)(
             leg.velocity,
             position,
             (vx, vy, vz),
@@ -368,13 +381,18 @@ class Flight:
         return self.plan.envelope if searches else self._way
 
     def _learn_kind(self, state: VehicleState) -> None:
-        """The vehicle itself says what it is; one that drives gets the course of those."""
-        self.course.handling = HANDLING[state.kind]
-        if self.phase is Phase.CONNECT and not (self.course.handling.flies or self.plan.drives):
-            envelope = replace(self.plan.envelope, drives=True)
-            self.plan = replace(self.plan, drives=True, envelope=envelope)
-            self.course, self._way = Driving(self.plan), envelope
-            self.course.handling = HANDLING[state.kind]
+        """The vehicle itself says what it is, and gets the course of those."""
+        handling = HANDLING[state.kind]
+        if self.phase is Phase.CONNECT:
+            before = envelope = self.plan.envelope
+            if not (handling.flies or self.plan.drives):
+                envelope = replace(envelope, drives=True)
+            elif handling.circles and not envelope.slowest_m_s:
+                envelope = replace(envelope, slowest_m_s=SLOWEST * envelope.speed_m_s)
+            if envelope is not before:
+                self.plan = replace(self.plan, drives=envelope.drives, envelope=envelope)
+                self.course, self._way = _course(self.plan), envelope
+        self.course.handling = handling
 
     def _arrive(self, phase: Phase, t_us: int) -> None:
         if self.course.trouble and not self.failure:
@@ -418,6 +436,12 @@ class Flight:
             last = self._last
             self.distance_m += hypot(here[0] - last[0], here[1] - last[1], here[2] - last[2])
         self._last = here if state.has_position else None
+
+
+def _course(plan: AgentPlan) -> Course:
+    if plan.drives:
+        return Driving(plan)
+    return Winging(plan) if plan.envelope.slowest_m_s > 0.0 else Flying(plan)
 
 
 def _vector(state: VehicleState) -> Vector:

@@ -27,11 +27,13 @@ class Phase(Enum):
     LAND = "land"  # by the autopilot
     PARK = "park"  # on the ground: stops, and the motors with it
     DONE = "landed"
+    ALOFT = "aloft"  # the mission is over in the air: the autopilot circles
     YIELDED = "yielded"  # the autopilot or a pilot took the vehicle
     FAILED = "failed"
 
 
 _HOMEWARDS = (Phase.RISE, Phase.LAND, Phase.HOME, Phase.PARK)
+_ENDS = (Phase.ALOFT, Phase.YIELDED, Phase.FAILED)
 
 NEXT: dict[Phase, frozenset[Phase]] = {
     Phase.CONNECT: frozenset({Phase.ARM, Phase.YIELDED, Phase.DONE, Phase.FAILED}),
@@ -41,8 +43,8 @@ NEXT: dict[Phase, frozenset[Phase]] = {
     Phase.CLIMB: frozenset(
         {Phase.SEARCH, Phase.PAUSE, Phase.RISE, Phase.LAND, Phase.YIELDED, Phase.FAILED}
     ),
-    Phase.SEARCH: frozenset({Phase.PAUSE, *_HOMEWARDS, Phase.YIELDED, Phase.FAILED}),
-    Phase.PAUSE: frozenset({Phase.SEARCH, *_HOMEWARDS, Phase.YIELDED, Phase.FAILED}),
+    Phase.SEARCH: frozenset({Phase.PAUSE, *_HOMEWARDS, *_ENDS}),
+    Phase.PAUSE: frozenset({Phase.SEARCH, *_HOMEWARDS, *_ENDS}),
     Phase.RISE: frozenset({Phase.HOME, Phase.LAND, Phase.YIELDED, Phase.FAILED}),
     Phase.HOME: frozenset({Phase.DESCEND, Phase.LAND, Phase.PARK, Phase.YIELDED, Phase.FAILED}),
     Phase.DESCEND: frozenset({Phase.LAND, Phase.YIELDED, Phase.FAILED}),
@@ -50,6 +52,7 @@ NEXT: dict[Phase, frozenset[Phase]] = {
     Phase.PARK: frozenset({Phase.DONE, Phase.YIELDED, Phase.FAILED}),
     Phase.YIELDED: frozenset({Phase.SEARCH, Phase.DONE, Phase.FAILED}),
     Phase.DONE: frozenset(),
+    Phase.ALOFT: frozenset(),
     Phase.FAILED: frozenset(),
 }
 
@@ -57,7 +60,7 @@ FOLLOWING = frozenset(
     {Phase.CLIMB, Phase.SEARCH, Phase.PAUSE, Phase.RISE, Phase.HOME, Phase.DESCEND}
 )
 RETURNING = frozenset({Phase.RISE, Phase.HOME, Phase.DESCEND, Phase.LAND, Phase.PARK})
-ENDED = frozenset({Phase.DONE, Phase.FAILED})
+ENDED = frozenset({Phase.DONE, Phase.ALOFT, Phase.FAILED})
 
 # What a phase of flight is to a vehicle on the ground.
 DRIVEN: dict[Phase, Phase] = {

@@ -48,7 +48,8 @@ def load(
     file = Path(name)
     if path is None or (name in ours and not file.exists()):
         text = ours[name].read_text(encoding="utf-8")
-        return parse(text, f"{name}.toml", overrides, planners=planners)
+        folder = Path(str(ours[name])).parent  # of the files beside it, in an unpacked package
+        return _parsed(text, f"{name}.toml", overrides, planners, folder)
     return _parsed(_read(file), name, overrides, planners, file.parent)
 
 

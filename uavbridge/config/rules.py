@@ -46,6 +46,7 @@ def check(mission: Mission, planners: Mapping[str, PlannerKind]) -> None:
     team = _team(mission)
     _altitudes(mission, team)
     _starts(mission, team)
+    _planes(mission, team)
     _targets(mission)
     if terrain is not None:
         starts = zip(_start_keys(mission, team), [member.start for member in team], strict=True)
@@ -131,6 +132,15 @@ def _start_keys(mission: Mission, team: tuple[Member, ...]) -> Iterator[KeyPath]
         )
 
 
+def _planes(mission: Mission, team: tuple[Member, ...]) -> None:
+    safety = mission.safety
+    if any(member.kind == "plane" for member in team) and safety.slowest_m_s >= safety.speed_m_s:
+        what = f"must be below speed_m_s = {safety.speed_m_s:g}: planes can not stop"
+        raise FieldError(("safety", "slowest_m_s"), what, safety.slowest_m_s)
+    if mission.fleet.in_air and any(member.kind == "rover" for member in team):
+        raise FieldError(("fleet", "in_air"), "is not for rovers")
+
+
 def _starts(mission: Mission, team: tuple[Member, ...]) -> None:
     west, south, east, north = mission.grid.bounds
     margin, separation = mission.safety.fence_margin_m, mission.safety.separation_m
@@ -141,7 +151,8 @@ def _starts(mission: Mission, team: tuple[Member, ...]) -> None:
             what = f"lies outside the fence, {margin:g} m around the area"
             raise FieldError(path, what, member.start)
         for other in team[:place]:
-            distance = hypot(x - other.start[0], y - other.start[1])
+            above = member.altitude_m - other.altitude_m if mission.fleet.in_air else 0.0
+            distance = hypot(x - other.start[0], y - other.start[1], above)
             if distance < separation:
                 what = (
                     f"agents {other.id} and {member.id} start {distance:g} m apart, "

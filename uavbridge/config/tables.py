@@ -57,6 +57,13 @@ class Fleet(Table, frozen=True):
     altitude_m: Annotated[
         float, Meta(gt=0.0, description="search altitude above home, or above the terrain")
     ] = 40.0
+    in_air: Annotated[
+        bool, Meta(description="simulated vehicles start flying there, and end the mission so")
+    ] = False
+    heading_deg: Annotated[
+        float,
+        Meta(ge=-360.0, le=360.0, description="where simulated ones look at the start; 90: east"),
+    ] = 0.0
     spacing_m: Annotated[
         float, Meta(gt=0.0, description="distance between starts that are placed automatically")
     ] = 50.0
@@ -201,7 +208,10 @@ class Safety(Table, frozen=True):
     altitude_max_m: Annotated[
         float, Meta(gt=0.0, description="above home, or above the terrain")
     ] = 120.0
-    speed_m_s: Annotated[float, Meta(gt=0.0, le=50.0, description="horizontal speed limit")] = 10.0
+    speed_m_s: Annotated[float, Meta(gt=0.0, le=100.0, description="horizontal speed limit")] = 10.0
+    slowest_m_s: Annotated[
+        float, Meta(ge=10.0, le=60.0, description="slowest that planes fly: they can not stop")
+    ] = 22.0
     climb_m_s: Annotated[float, Meta(gt=0.0, le=20.0, description="climb limit")] = 3.0
     sink_m_s: Annotated[float, Meta(gt=0.0, le=20.0, description="sink limit")] = 1.5
     setpoint_loss_s: Annotated[

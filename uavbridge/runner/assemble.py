@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot, pi
+from math import hypot, pi, radians
 from pathlib import Path
 from zlib import crc32
 
@@ -110,6 +110,7 @@ def envelope_of(mission: Mission, kind: Kind = "multirotor") -> Envelope:
         terrain=mission.terrain(),
         drives=drives,
         steepest_rad=pi / 2 if mission.ground is None else mission.ground.alpha_rad,
+        slowest_m_s=s.slowest_m_s if kind == "plane" else 0.0,
     )
 
 
@@ -147,6 +148,7 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             mission_mark=mission_mark(mission),
             frame_bytes=min(mission.radio.frame_bytes, mission.radio.bytes_per_s * mission.tick),
             keyframe_s=mission.radio.keyframe_s,
+            aloft=mission.fleet.in_air and mission.endpoint(member.id) is None,
             endpoint=mission.endpoint(member.id) or SIMULATED,
             net=_net(mission, member.id),
             ready_timeout_s=patience(mission, 60.0),
@@ -171,7 +173,7 @@ def _net(mission: Mission, agent: int) -> tuple[float, float] | None:
 
 
 def fleet_of(mission: Mission, agents: tuple[int, ...]) -> Fleet:
-    """The simulated vehicles of some agents, on the ground at their starts."""
+    """The simulated vehicles of some agents, at their starts."""
     members = {member.id: member for member in mission.team()}
     terrain, w = mission.terrain(), mission.wind
     return Fleet(
@@ -179,8 +181,9 @@ def fleet_of(mission: Mission, agents: tuple[int, ...]) -> Fleet:
             VehicleSpec(
                 system=agent,
                 start=(*members[agent].start, _height(terrain, members[agent].start)),
-                yaw_rad=pi / 2,
+                yaw_rad=pi / 2 - radians(mission.fleet.heading_deg),
                 kind=members[agent].kind,
+                in_air_m=members[agent].altitude_m if mission.fleet.in_air else None,
             )
             for agent in agents
         ],
