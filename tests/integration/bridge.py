@@ -21,7 +21,7 @@ class Bridge:
 
     def __init__(self, process, out):
         self.process = process
-        self.out = Path(out)
+        self.out = Path(out or "")
         self.lines = []
         self._changed = threading.Condition()
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -85,7 +85,7 @@ class Bridge:
 def bridge(out, *arguments):
     process = subprocess.Popen(
         [sys.executable, "-m", "uavbridge", "-v", "launch", *map(str, arguments),
-         "--headless", "--out", str(out)],
+         "--headless", *(() if out is None else ("--out", str(out)))],
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
     flown = Bridge(process, out)
@@ -125,7 +125,7 @@ class Pilot:
 
     def until(self, condition, limit_s=30.0):
         end = time.monotonic() + limit_s
-        while not condition(self):
+        while "HEARTBEAT" not in self.newest or not condition(self):
             assert time.monotonic() < end, (self.newest, self.texts)
             self.look(0.2)
 

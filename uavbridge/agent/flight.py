@@ -287,7 +287,8 @@ class Flight:
             return
         x, y, _ = self.plan.start
         ground = 0.0 if self.plan.terrain is None else float(self.plan.terrain.height_at((x, y)))
-        self.course.home = (x, y, ground)
+        self.course.home = self.plan.home or (x, y, ground)
+        self._way = self.plan.envelope.holding(self.course.home)
         ours = self.plan.resumes or self.plan.aloft
         self._orders.taking = ours and state.mode in OURS
         mode = state.mode_text or state.mode.value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
@@ -11,11 +12,11 @@ from uavbridge.cli.command import command
 from uavbridge.cli.doctor import doctor
 from uavbridge.cli.experiments import compare, experiment
 from uavbridge.cli.group import Group, echo_json, set_up_logging
-from uavbridge.cli.mission import connecting, load, overrides
+from uavbridge.cli.mission import as_resumed, connecting, load, overrides
 from uavbridge.cli.monitor import monitor
 from uavbridge.cli.processes import agent, keys, router
 from uavbridge.cli.replay import record, replay, report
-from uavbridge.errors import BusError, LinkError
+from uavbridge.errors import BusError, ConfigError, LinkError
 
 _MISSION = click.Path(dir_okay=True)  # config.load tells what is wrong with it
 
@@ -36,9 +37,18 @@ def main(verbose: int) -> None:
 @click.option("--json", is_flag=True, default=None, help="Print the summary as JSON.")
 @click.option("--web", is_flag=True, help="Serve a page to watch it on.")
 @connecting
+@click.option(
+    "--resume", metavar="DIR", help="Go on with the mission of a bridge that died, recorded in DIR."
+)
 @click.pass_context
 def launch(
-    ctx: click.Context, /, mission: str | None, web: bool, connect: tuple[str, ...], **options: Any
+    ctx: click.Context,
+    /,
+    mission: str | None,
+    web: bool,
+    connect: tuple[str, ...],
+    resume: str | None,
+    **options: Any,
 ) -> None:
     """Fly MISSION: a TOML file, or a mission of the package by name, as zhou2023-rovers.
 
@@ -49,7 +59,16 @@ def launch(
     Options replace the keys of the same name in the file. Exit status: 0 when the mission
     reached its goal, 1 when not, 2 for bad input.
     """
-    loaded = load(mission, connect, options)
+    earlier = None
+    if resume is not None:
+        if mission is not None or connect or options["out"] is not None:
+            raise ConfigError("--resume: the recording has its own mission, vehicles and folder")
+        from uavbridge.runner.earlier import read_earlier
+
+        earlier = read_earlier(Path(resume))
+        loaded = as_resumed(earlier.mission, options)
+    else:
+        loaded = load(mission, connect, options)
     from uavbridge.runner.launch import launch as fly  # late: it takes a second to import
 
     try:
@@ -57,7 +76,8 @@ def launch(
             loaded,
             web=web,
             adopt_home=mission is None and bool(connect),
-            adopt_speed=options["speed"] is None,
+            adopt_speed=options["speed"] is None and earlier is None,
+            earlier=earlier,
         )
     except (BusError, LinkError) as error:
         raise error.at(mission or "built-in example") from None

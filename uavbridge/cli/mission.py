@@ -86,3 +86,11 @@ def load(mission: str | None, connect: tuple[str, ...], options: dict[str, Any])
     if mission is None and connect and keys["vehicles"] is None:
         keys["vehicles"] = len(connect)
     return connected(config.load(mission, keys), connect)
+
+
+def as_resumed(mission: Mission, options: dict[str, Any]) -> Mission:
+    """A recorded mission, with options that change how it is shown."""
+    from msgspec.structs import replace
+
+    shown = {key: options[key] for key in ("headless", "json") if options[key] is not None}
+    return replace(mission, **shown)

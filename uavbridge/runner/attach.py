@@ -71,6 +71,7 @@ def attach(
     *,
     adopt_home: bool = False,
     adopt_speed: bool = False,
+    resumes: bool = False,
     tell: Callable[[str], None] = lambda _text: None,
 ) -> Iterator[Attachments]:
     """Find the vehicles of a mission's endpoints; let go of them in the end.
@@ -79,6 +80,7 @@ def attach(
         mission: some of its agents may have endpoints.
         adopt_home: the mission's origin moves to the first vehicle's home.
         adopt_speed: the mission goes as fast as the vehicles' clocks.
+        resumes: the mission was flown before: vehicles may be in the air.
         tell: is told what was found.
 
     Raises:
@@ -98,7 +100,7 @@ def attach(
         mission = adopt(mission, vehicles, adopt_home, adopt_speed)
         for attached in vehicles.values():
             tell(_echo(attached, mission))
-            check(attached, mission)
+            check(attached, mission, resumes=resumes)
         check_speed(vehicles, mission)
         for text in _unused(vehicles, surveys):
             tell(text)
@@ -298,7 +300,7 @@ def _round(rate: float) -> float:
     return 1.0 if 1 / _SAME_SPEED < rate < _SAME_SPEED else float(f"{rate:.2g}")
 
 
-def check(attached: Attached, mission: Mission) -> None:
+def check(attached: Attached, mission: Mission, *, resumes: bool = False) -> None:
     """Raises VehicleError if this vehicle can not fly this mission."""
     scout, subject = attached.scout, f"agent {attached.agent} ({attached.where})"
     if scout is None:
@@ -306,8 +308,8 @@ def check(attached: Attached, mission: Mission) -> None:
     flavour = scout.telemetry.flavour
     if isinstance(flavour, str):
         raise VehicleError(f"{subject}: {flavour}")
-    if scout.telemetry.in_air:
-        raise VehicleError(f"{subject}: is in the air already")
+    if scout.telemetry.in_air and not resumes:
+        raise VehicleError(f"{subject}: is in the air already; --resume goes on with a mission")
     if scout.signs and mission.mavlink.signing_keys is None:
         raise VehicleError(f"{subject}: obeys only those with its key: give --signing-keys FILE")
     place = scout.home or scout.here

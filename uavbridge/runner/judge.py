@@ -8,6 +8,7 @@ It knows the true targets; the agents do not.
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from math import inf, nan
@@ -124,6 +125,7 @@ class Judge:
         self._orders = bus.subscribe(keys.cmd())
         self._layers = bus.subscribe("layer/**")
         self._simulated = False
+        self._began_us = 0
         self._silence_s = assemble.patience(mission, SILENCE_S)
         self._late_s = assemble.patience(mission, mission.bus.wait_s)  # of other processes
         self._apart = mission.apart()
@@ -280,6 +282,12 @@ class Judge:
             return True
         return False
 
+    def join(self, frames: Iterable[Frame], t_us: int) -> None:
+        """Come late to a mission, with what agents told before."""
+        self._began_us = t_us
+        for frame in frames:
+            self._merge(frame)
+
     def _merge(self, frame: Frame) -> None:
         """Add what a frame tells of cells to the union."""
         records = unpack(self._rule, frame.cells) if frame.rule == self._rule.code else None
@@ -322,7 +330,8 @@ class Judge:
     def _gone(self, agent: int, t_us: int) -> bool:
         report = self.reports.get(agent)
         if report is None:
-            return to_s(t_us) > (self._late_s if agent in self._apart else self._silence_s)
+            patience_s = self._late_s if agent in self._apart else self._silence_s
+            return to_s(t_us - self._began_us) > patience_s
         return report.phase in _ENDED or to_s(t_us - report.t_us) > self._silence_s
 
     def _separation_by_reports(self, t_us: int) -> None:

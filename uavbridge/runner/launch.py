@@ -28,6 +28,7 @@ from uavbridge.report.result import MissionResult
 from uavbridge.report.summary import summary_json, summary_text
 from uavbridge.runner import assemble
 from uavbridge.runner.attach import Attached, attach
+from uavbridge.runner.earlier import Earlier
 from uavbridge.runner.folder import as_flown, prepare
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.interrupts import interrupts
@@ -49,6 +50,7 @@ def launch(
     web: bool = False,
     adopt_home: bool = False,
     adopt_speed: bool = False,
+    earlier: Earlier | None = None,
 ) -> Outcome:
     """Fly, record, report.
 
@@ -58,6 +60,7 @@ def launch(
         web: serve the mission's page while it flies.
         adopt_home: the origin moves to the home of the first vehicle that has an endpoint.
         adopt_speed: where vehicles have endpoints, fly as fast as their clocks go.
+        earlier: what was flown of this mission before; it goes on from there.
 
     Raises:
         UavbridgeError: it cannot be flown; the message says why.
@@ -65,7 +68,11 @@ def launch(
     console = SteadyConsole(stderr=mission.json)
     aside = _page(mission, console) if web else None
     with attach(
-        mission, adopt_home=adopt_home, adopt_speed=adopt_speed, tell=console.print
+        mission,
+        adopt_home=adopt_home,
+        adopt_speed=adopt_speed,
+        resumes=earlier is not None,
+        tell=console.print,
     ) as attached:
         result = fly_and_report(
             attached.mission,
@@ -74,6 +81,7 @@ def launch(
             console=console,
             aside=aside,
             attached=attached.vehicles,
+            earlier=earlier,
         )
     good = result.reached_goal and not result.failures
     return Outcome(
@@ -91,10 +99,19 @@ def fly_and_report(
     console: Console | None = None,
     aside: Aside | None = None,
     attached: Mapping[int, Attached] = MappingProxyType({}),
+    earlier: Earlier | None = None,
 ) -> MissionResult:
     """Fly a mission and leave recording, report and summary in a folder; see ``prepare``."""
-    folder = prepare(mission, folder)
-    result = fly(mission, folder=folder, kind=kind, console=console, aside=aside, attached=attached)
+    folder = prepare(mission, folder) if earlier is None else earlier.folder
+    result = fly(
+        mission,
+        folder=folder,
+        kind=kind,
+        console=console,
+        aside=aside,
+        attached=attached,
+        earlier=earlier,
+    )
     try:
         write_report(result, folder)
     except OSError as fault:
@@ -110,6 +127,7 @@ def fly(
     console: Console | None = None,
     aside: Aside | None = None,
     attached: Mapping[int, Attached] = MappingProxyType({}),
+    earlier: Earlier | None = None,
 ) -> MissionResult:
     """Fly a mission; write its recording to ``folder``, unless that is None."""
     planner = assemble.planner_of(mission, kind)
@@ -119,9 +137,10 @@ def fly(
     recorder = Recorder(
         folder,
         mission_name=mission.name,
-        epoch_ns=int(date.timestamp()) * SECOND_US * 1000,
+        epoch_ns=earlier.epoch_ns if earlier else int(date.timestamp()) * SECOND_US * 1000,
         mcap=mission.recording.mcap,
         rotation=_rotation(mission),
+        part=earlier.part if earlier else 1,
     )
     display = _display(mission, recorder)
     if emulated := radio_of(mission).words():
@@ -152,6 +171,7 @@ def fly(
                 tell=tell,
                 aside=aside,
                 attached=attached,
+                earlier=earlier,
             )
         result = result_of(
             flown.judge,

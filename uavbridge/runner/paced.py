@@ -208,12 +208,12 @@ def _go_on(
     """Everybody knows what was known; the mission time to begin at."""
     for seat in host.seats:
         seat.agent.remember(earlier.frames.get(seat.agent.plan.agent, []))
-    for frames in earlier.frames.values():
-        judge.remember(frames)
     for agent, settings in earlier.nets.items():
         if agent in vehicles:
             vehicles[agent].net.before = dict(settings)
     began_us = (earlier.t_us // SECOND_US + 1) * SECOND_US
+    told = [frame for frames in earlier.frames.values() for frame in frames]
+    judge.join(sorted(told, key=lambda frame: frame.t_us), began_us)
     clock.epoch_ns -= int(began_us * 1000 / clock.speed)
     return began_us
 
