@@ -50,6 +50,16 @@ def test_the_example_is_lius_scenario() -> None:
     assert (mission.clock, mission.speed, mission.duration) == ("paced", 10.0, 900.0)
 
 
+def test_where_targets_are_expected_the_map_begins_higher() -> None:
+    assert (small().prior() == 0.5).all()
+    more = "[belief]\nprior = 0.1\npeak = 0.6\nexpected = [{ position = [75, 125] }]\n"
+    expecting = small(more).prior()
+    assert np.unravel_index(expecting.argmax(), expecting.shape) == (1, 2)
+    assert expecting.max() == 0.6
+    assert expecting.min() >= 0.1
+    assert small(more.replace("0.6", "0.1")).prior() == pytest.approx(0.1)
+
+
 def test_defaults_are_enough_for_a_small_mission() -> None:
     mission = small()
     assert mission.vehicles == 1
@@ -169,6 +179,12 @@ WRONG = [
     ("q = 0.05", "q = 0.0", "sensor.q", "> 0"),
     ("q = 0.05", "q = 0.95", "sensor.q", "below p"),
     ("prior = 0.5", "prior = 0.97", "belief.threshold", "above prior"),
+    (
+        "prior = 0.5",
+        "prior = 0.5\npeak = 0.4\nexpected = [{ position = [1, 1] }]",
+        "belief.peak",
+        "must lie from prior",
+    ),
     ("[400, 500]", "[400, 5000]", "targets[0].position", "outside the area"),
     ("[400, 700]", "[400, inf]", "targets[1].position[1]", "finite"),
     ("[400, 700]", "[400]", "targets[1].position", "2 numbers"),

@@ -33,13 +33,14 @@ class Maps:
         self.union: UnionMap | None = None
         self.agents: dict[int, AgentMap] = {}
         self.layers: dict[str, Layer] = {}
-        self._prior, self._sensor = UNKNOWN_PRIOR, SensorModel()
+        self._prior: float | F64 = UNKNOWN_PRIOR
+        self._sensor = SensorModel()
 
     def take_mission(self, mission: Mission) -> None:
         """The mission as it is flown; maps of another grid are void."""
         if self.grid != mission.grid:
             sensor = SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update)
-            self._lay_out(mission.grid, mission.belief.prior, sensor)
+            self._lay_out(mission.grid, mission.prior(), sensor)
 
     def take_full(self, full: FullMap) -> bool:
         """One agent's whole map; False where it does not fit the grid."""
@@ -92,7 +93,7 @@ class Maps:
         probability, seen = merged
         return float(seen.mean()), float(entropy(probability)), float(uncertainty(probability))
 
-    def _lay_out(self, grid: Grid, prior: float, sensor: SensorModel) -> None:
+    def _lay_out(self, grid: Grid, prior: float | F64, sensor: SensorModel) -> None:
         self.grid, self._prior, self._sensor = grid, prior, sensor
         self.union = UnionMap(grid, prior, sensor)
         self.agents = {}

@@ -19,11 +19,11 @@ class AgentMap:
 
     Args:
         grid: the cells.
-        prior: P(target) of a cell that nobody saw.
+        prior: P(target) of a cell that nobody saw: one number, or (columns, rows).
         sensor: that rules which share readings need.
     """
 
-    def __init__(self, grid: Grid, prior: float, sensor: SensorModel) -> None:
+    def __init__(self, grid: Grid, prior: float | F64, sensor: SensorModel) -> None:
         self.grid = grid
         self.probability: F64 = np.full(grid.shape, prior)
         self.stamp_us: I64 = np.full(grid.shape, -1, np.int64)
@@ -74,11 +74,11 @@ class UnionMap:
 
     Args:
         grid: the cells.
-        prior: P(target) of a cell that nobody saw.
+        prior: P(target) of a cell that nobody saw: one number, or (columns, rows).
         sensor: that rules which share readings need.
     """
 
-    def __init__(self, grid: Grid, prior: float, sensor: SensorModel) -> None:
+    def __init__(self, grid: Grid, prior: float | F64, sensor: SensorModel) -> None:
         self.grid = grid
         self._prior, self._sensor = prior, sensor
         self._rule: MergeRule | None = None

@@ -63,7 +63,7 @@ class Collected:
         self.summary: Summary | None = None
         sensor = SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update)
         self.rosters = Rosters(len(mission.targets)) if mission.planner == PLANNER else None
-        self.union = UnionMap(mission.grid, mission.belief.prior, sensor)
+        self.union = UnionMap(mission.grid, mission.prior(), sensor)
 
     def take(self, message: Message) -> None:
         """One message. Raises msgspec.DecodeError where it does not read."""

@@ -110,10 +110,9 @@ class Judge:
         self._bus, self._recorder = bus, recorder
         self._rule = MERGE_RULES[mission.belief.merge]
         self._grid = mission.grid
-        prior = np.full(self._grid.shape, mission.belief.prior)
         self._onlooker = self._rule.onlooker
         self.union: BeliefMap = self._onlooker.empty(
-            self._grid, prior, assemble.sensor_model(mission)
+            self._grid, mission.prior(), assemble.sensor_model(mission)
         )
         self._targets = set(mission.target_cells())
         self._team = mission.scenario().team

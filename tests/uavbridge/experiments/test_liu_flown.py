@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from uavbridge.errors import ConfigError
-from uavbridge.experiments.liu import measures, prior
+from uavbridge.experiments.liu import measures, missions, prior
+from uavbridge.experiments.liu.methods import method
 from uavbridge.experiments.liu.setting import LiuParams
+from uavbridge.runner import assemble
 
 PARAMS = replace(LiuParams(), cycles=40)
 SEEDS = np.array([3, 4])
@@ -62,5 +64,22 @@ def test_through_the_whole_system():
 def test_what_missions_cannot_do_is_told():
     with pytest.raises(ConfigError, match="stop early"):
         course("mower", "mavlink", params=replace(PARAMS, stop="targets"))
-    with pytest.raises(ConfigError, match="one prior"):
-        measures.runs("esustpm", PARAMS, SEEDS, (), prior.prior_map(prior.Params()), "mavlink")
+
+
+def test_missions_begin_with_the_prior_map():
+    params = prior.Params(cycles=6)
+    searcher = method("esustpm", params, flown=True)
+    belief = missions.belief_of(params, **prior.mission_keys(params))
+    mission = missions.mission_of("esustpm", params, searcher, 1, (), belief)
+    np.testing.assert_array_equal(mission.prior(), prior.prior_map(params))
+    (plan, *_) = assemble.agent_plans(mission, searcher.planner())
+    np.testing.assert_array_equal(plan.prior, prior.prior_map(params))
+
+
+def test_priors_fly():
+    params = prior.Params(cycles=6)
+    told = prior.simulate({"prior": "false-target"}, params, np.array([1]), "mavlink")
+    assert told["wrong_cell_probability"].tolist() == [
+        pytest.approx(0.8, abs=0.01)
+    ]  # not there so soon
+    assert told["uncertainty"][0] < 45.0  # a map at 0.5 has 50

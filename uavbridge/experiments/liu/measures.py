@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,15 @@ from uavbridge.experiments.experiment import READING, Axis, Case, Samples, gener
 from uavbridge.experiments.liu.methods import method
 from uavbridge.experiments.liu.setting import TARGETS, Cell, LiuParams
 from uavbridge.experiments.liu.world import Course, search
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prior:
+    """What is expected before the search."""
+
+    map: F64  # (columns, rows)
+    keys: Mapping[str, Any]  # the same, as keys of a mission's [belief]
+
 
 CURVE = Axis("cycle", tuple(range(0, 201, 5)))
 
@@ -29,22 +39,24 @@ def runs(
     params: LiuParams,
     seeds: I64,
     targets: Sequence[Cell],
-    prior: F64 | float | None,
+    prior: Prior | None,
     fidelity: str,
 ) -> Course:
     """Runs of one method in one fidelity; arguments as of ``world.search``."""
     if fidelity == "mavlink":
-        from uavbridge.experiments.liu.missions import fly
+        from uavbridge.experiments.liu import missions
 
-        if prior is not None or params.stop != "never":
-            raise ConfigError("missions begin with one prior for all cells, and do not stop early")
-        return fly(name, params, seeds, targets)
+        if params.stop != "never":
+            raise ConfigError("missions do not stop early: stop must stay never")
+        start = None if prior is None else missions.belief_of(params, **prior.keys)
+        return missions.fly(name, params, seeds, targets, start)
+    start_map = None if prior is None else prior.map
     if fidelity == "dynamics":
         from uavbridge.experiments.liu.flown import FlownWorld
 
         flown = method(name, params, flown=True)
-        return search(flown, params, generators(seeds), targets, prior, FlownWorld)
-    return search(method(name, params), params, generators(seeds), targets, prior)
+        return search(flown, params, generators(seeds), targets, start_map, FlownWorld)
+    return search(method(name, params), params, generators(seeds), targets, start_map)
 
 
 def reading(params: LiuParams, label: str) -> LiuParams:

@@ -69,9 +69,14 @@ class CycleJudge(Judge):
 
 
 def mission_of(
-    name: str, params: LiuParams, searcher: Method, seed: int, targets: Sequence[Cell]
+    name: str,
+    params: LiuParams,
+    searcher: Method,
+    seed: int,
+    targets: Sequence[Cell],
+    belief: Belief | None = None,
 ) -> Mission:
-    """The paper's setting as a mission."""
+    """The paper's setting as a mission; ``belief``: another start of the maps."""
     inside = GRID.clip(searcher.scenario.starts[:, :2], _MARGIN_M)  # on the edge is half outside
     starts = tuple((float(x), float(y)) for x, y in inside)
     centres = GRID.centre_of(np.array(targets).reshape(-1, 2))
@@ -85,22 +90,40 @@ def mission_of(
         coverage_goal=1.0,
         fleet=Fleet(starts=starts, altitude_m=50.0),
         sensor=SensorTable(p=params.p_d, q=params.p_f),
-        belief=Belief(prior=params.prior, update=_update(params), threshold=params.threshold),
+        belief=belief or belief_of(params),
         targets=tuple(Target(position=(float(x), float(y))) for x, y in centres),
         safety=Safety(speed_m_s=_SPEED_M_S),
         recording=Recording(mcap=False, tlog=False),
     )
 
 
-def fly(name: str, params: LiuParams, seeds: I64, targets: Sequence[Cell]) -> Course:
-    """Missions of one method, one after the other; arguments as of ``world.search``."""
-    flown = [_fly(name, params, int(seed), targets) for seed in seeds]
+def belief_of(params: LiuParams, **start: Any) -> Belief:
+    """The agents' maps; ``start``: other keys of the mission's [belief]."""
+    given: dict[str, Any] = {
+        "prior": params.prior,
+        "update": params.update,
+        "threshold": params.threshold,
+    }
+    return Belief(**{**given, **start})
+
+
+def fly(
+    name: str,
+    params: LiuParams,
+    seeds: I64,
+    targets: Sequence[Cell],
+    belief: Belief | None = None,
+) -> Course:
+    """Missions of one method, one after the other; arguments as of ``mission_of``."""
+    flown = [_fly(name, params, int(seed), targets, belief) for seed in seeds]
     return Course(**{part: np.stack([one[part] for one in flown]) for part in flown[0]})
 
 
-def _fly(name: str, params: LiuParams, seed: int, targets: Sequence[Cell]) -> dict[str, Any]:
+def _fly(
+    name: str, params: LiuParams, seed: int, targets: Sequence[Cell], belief: Belief | None
+) -> dict[str, Any]:
     searcher = method(name, params, flown=True)
-    mission = mission_of(name, params, searcher, seed, targets)
+    mission = mission_of(name, params, searcher, seed, targets, belief)
     bound = replace(searcher, scenario=mission.scenario())  # type: ignore[type-var]
     with Recorder(None, mission_name=mission.name, epoch_ns=0, mcap=False) as recorder:
         flown = fly_stepped(
@@ -115,10 +138,6 @@ def _fly(name: str, params: LiuParams, seed: int, targets: Sequence[Cell]) -> di
     judge = flown.judge
     assert isinstance(judge, CycleJudge)
     return _course(judge, params.cycles, targets)
-
-
-def _update(params: LiuParams) -> Any:
-    return params.update
 
 
 def _never_wrong(mission: Mission) -> CellSensor:

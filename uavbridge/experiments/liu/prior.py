@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planners.belief.prior import gaussian_prior
 from planners.planner import param
 from planners.types import F64, I64
-from uavbridge.experiments.experiment import Case, Experiment, Outcome, Samples
+from uavbridge.config.tables import Expected
+from uavbridge.experiments.experiment import FIDELITIES, Case, Experiment, Outcome, Samples
 from uavbridge.experiments.liu import measures
-from uavbridge.experiments.liu.setting import GRID, HIDDEN, TARGETS, Cell, LiuParams
+from uavbridge.experiments.liu.setting import GRID, HIDDEN, RUNS_FLOWN, TARGETS, Cell, LiuParams
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,17 +52,31 @@ def cases(params: Params) -> list[Case]:
     return [{"prior": prior} for prior in TRUTH]
 
 
+def expected(params: Params) -> F64:
+    """Where the prior expects targets (3, 2) m."""
+    cells = np.array(TARGETS)
+    return GRID.centre_of(cells) if params.expected_at == "cell" else cells * GRID.cell_m
+
+
 def prior_map(params: Params) -> F64:
     """The map (columns, rows) that expects the three targets, Eqs. (1) and (2)."""
-    cells = np.array(TARGETS)
-    means = GRID.centre_of(cells) if params.expected_at == "cell" else cells * GRID.cell_m
+    means = expected(params)
     return gaussian_prior(GRID, means, params.sigma_m, floor=params.floor, peak=params.peak)
+
+
+def mission_keys(params: Params) -> Mapping[str, Any]:
+    """The same map as keys of a mission's [belief]."""
+    places = tuple(Expected(position=(float(x), float(y))) for x, y in expected(params))
+    own = {"sigma_m": params.sigma_m, "peak": params.peak}
+    return {"prior": params.floor, "expected": places, **own}
 
 
 def simulate(case: Case, params: Params, seeds: I64, fidelity: str) -> Samples:
     """Figures at the last cycle, and P of the cells where a target is wrongly expected."""
     name = str(case["prior"])
-    start = params.prior if name == "none" else prior_map(params)
+    start = None
+    if name != "none":
+        start = measures.Prior(prior_map(params), mission_keys(params))
     course = measures.runs("esustpm", params, seeds, TRUTH[name], start, fidelity)
     samples = dict(measures.numbers(course, params))
     empty = [cell for cell in TARGETS if cell not in TRUTH[name]]
@@ -85,7 +101,8 @@ EXPERIMENT = Experiment(
     cases=cases,
     simulate=simulate,
     file=__file__,
-    fidelities=("ideal", "dynamics"),
+    fidelities=FIDELITIES,
+    runs_flown=RUNS_FLOWN,
     batched=("ideal", "dynamics"),
     paired=("prior",),
     medians=("coverage_cycle", "target_1_cycle", "target_2_cycle", "target_3_cycle"),

@@ -21,6 +21,7 @@ HIDDEN = (3, 2)  # cell of (300, 200), Fig. 27b
 METHODS = ("random", "mower", "boids", "boids-guided", "esustpm")
 TICK_S = 1.0  # a cycle: speeds in m/s are metres a cycle
 INTERVAL_S = 0.01  # the simulation interval that section 5 gives, for speeds without a limit
+RUNS_FLOWN = {"mavlink": 5}  # a case, where a run takes seconds
 _LIMITS = Limits(speed_m_s=1e6)  # point masses: only the method's own speed limit holds
 
 Cell = tuple[int, int]

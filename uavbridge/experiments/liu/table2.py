@@ -10,7 +10,7 @@ from planners.planner import param
 from planners.types import I64
 from uavbridge.experiments.experiment import FIDELITIES, READING, Case, Experiment, Outcome, Samples
 from uavbridge.experiments.liu import measures, orders
-from uavbridge.experiments.liu.setting import LiuParams
+from uavbridge.experiments.liu.setting import RUNS_FLOWN, LiuParams
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -120,6 +120,7 @@ EXPERIMENT = Experiment(
     simulate=simulate,
     file=__file__,
     fidelities=FIDELITIES,
+    runs_flown=RUNS_FLOWN,
     batched=("ideal", "dynamics"),
     remarks=remarks,
     plot=plot,
