@@ -49,6 +49,7 @@ from uavbridge.vehicle.api import (
 STOPPED_M_S = 0.2
 SLOWEST = 0.7  # share of the speed limit below which a plane that we know nothing of is not flown
 SLOWEST_CLIMB_M_S = 0.5  # of a vehicle that takes off
+EARLY_S = 5.0  # called home so soon, a vehicle that is not there yet has not failed
 STRANGE_MODE_S = 0.3  # a mode we did not ask for, for so long: somebody has the vehicle
 NET_MARGIN_M = 20.0  # from what the bridge allows to where the autopilot's own net begins
 LEAST_RETURN_M = 5.0  # above home, by the autopilot
@@ -234,7 +235,8 @@ class Flight:
     def _obey_on_the_ground(self, order: Order, state: VehicleState, t_us: int) -> str:
         if order.verb not in (Verb.RETURN, Verb.LAND, Verb.ABORT):
             return f"not in phase {self.phase.value}"
-        if self.phase is Phase.ARM and not self._refusal:
+        ready = self.phase is Phase.ARM and not self._refusal
+        if ready or to_s(t_us - self._since_us) < EARLY_S:
             self._enter(Phase.DONE, t_us)
         else:
             self._give_up(state, t_us)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,23 @@ from uavbridge.errors import ConfigError
 
 if TYPE_CHECKING:
     from uavbridge.recording.recorder import Recorder
+
+
+class _Folder(click.Path):
+    """A folder to write to, which must have a name."""
+
+    def convert(
+        self,
+        value: str | os.PathLike[str],
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> Any:
+        if not str(value):
+            self.fail("is empty", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+_FOLDER = _Folder(path_type=Path)
 
 
 @click.command()
@@ -55,7 +73,7 @@ def replay(ctx: click.Context, /, recording: Path, **options: Any) -> None:
 
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Folder; else the recording's own.")
+@click.option("--out", type=_FOLDER, help="Folder; else the recording's own.")
 def report(recording: Path, out: Path | None) -> None:
     """Write report.html and summary.json of RECORDING, also of a flight that was cut short."""
     from uavbridge.report.page import write_report
@@ -75,7 +93,7 @@ def report(recording: Path, out: Path | None) -> None:
 
 
 @click.command()
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write to.")
+@click.option("--out", type=_FOLDER, required=True, help="Folder to write to.")
 @click.option("--mission", metavar="NAME", help="Which, if more than one flies.")
 @click.option("--router", metavar="ENDPOINT", default=ROUTER, show_default=True, help="Of the bus.")
 @KEYS

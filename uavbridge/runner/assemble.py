@@ -21,8 +21,8 @@ from sim_vehicles.world.payload import CellSensor, CellSensorSpec
 from sim_vehicles.world.signals import ReceiverSpec, SignalReceiver
 from uavbridge import plugins
 from uavbridge.agent.plan import SIMULATED, AgentPlan, return_heights
-from uavbridge.bus.security import Identity
 from uavbridge.bus.screening import OLD_S, Bounds
+from uavbridge.bus.security import Identity
 from uavbridge.bus.tiles import Tiling
 from uavbridge.config import Mission
 from uavbridge.config.ground import Ground
@@ -71,16 +71,19 @@ def planner_of(mission: Mission, kind: PlannerKind | None = None) -> Planner:
     """The mission's planner, bound to its scenario.
 
     Raises:
-        ConfigError: there is no such planner, or a parameter is wrong.
+        ConfigError: there is no such planner, a parameter is wrong, or it cannot be bound.
     """
     known = plugins.planners() if kind is None else {kind.name: kind}
     name = mission.planner if kind is None else kind.name
     if name not in known:
         raise ConfigError(f"planner: there is no {name!r}; known are {', '.join(sorted(known))}")
+    scenario = mission.scenario()
     try:
-        return bind(known[name], mission.scenario(), mission.parameters)
+        return bind(known[name], scenario, mission.parameters)
     except ValueError as fault:
         raise ConfigError(f"parameters: {fault}") from fault
+    except Exception as fault:
+        raise ConfigError(f"planner {name}: {type(fault).__name__}: {fault}") from fault
 
 
 def sensor_model(mission: Mission) -> SensorModel:

@@ -35,6 +35,8 @@ def prepare(mission: Mission, folder: Path | None = None) -> Path:
     Raises:
         ConfigError: it cannot be written to.
     """
+    if mission.out == "":
+        raise ConfigError("out: is empty")
     if folder is None and mission.out is not None:
         folder = Path(mission.out)
     try:

@@ -1,4 +1,4 @@
-"""Ctrl-C: once for an orderly end, twice to stop at once."""
+"""Ctrl-C and its like: once for an orderly end, twice to stop at once."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ class Interrupted(KeyboardInterrupt):
 
 @contextmanager
 def interrupts(notice: str) -> Iterator[Callable[[], bool]]:
-    """Ctrl-C and SIGTERM ask for an orderly end; a second one raises ``Interrupted``.
+    """Ctrl-C, SIGTERM and SIGHUP ask for an orderly end; a second one raises ``Interrupted``.
 
     Args:
         notice: logged at the first.
 
-    Off the main thread, where Python takes no signals, nothing asks.
+    A hang-up that is ignored already, as under nohup, stays so. Off the main thread, where
+    Python takes no signals, nothing asks.
     """
     asked = 0
     if threading.current_thread() is not threading.main_thread():
@@ -37,7 +38,10 @@ def interrupts(notice: str) -> Iterator[Callable[[], bool]]:
             raise Interrupted
         _log.warning("%s", notice)
 
-    before = {s: signal.signal(s, on_signal) for s in (signal.SIGINT, signal.SIGTERM)}
+    taken = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        taken.append(signal.SIGHUP)
+    before = {number: signal.signal(number, on_signal) for number in taken}
     try:
         yield lambda: asked > 0
     finally:

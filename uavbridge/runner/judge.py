@@ -44,6 +44,7 @@ from uavbridge.runner.separation import SeparationWatch
 
 OVERTIME_S = 600.0  # for the way home after the time limit
 TOLD_S = 10.0  # between two tellings of what is flown, for monitors
+YIELDED_S = 60.0  # after all were called home, a vehicle that somebody else has is left to them
 SILENCE_S = 10.0  # an agent that reports no more for so long is lost
 
 _log = logging.getLogger(__name__)
@@ -51,6 +52,7 @@ _ENDED = {phase.value for phase in ENDED}
 _FAILED = Phase.FAILED.value
 _GO_HOME = encode_order(Order(Verb.RETURN))
 _ENDS_ALL = frozenset({Verb.RETURN, Verb.LAND, Verb.ABORT})
+_YIELDED = Phase.YIELDED.value
 _BLIND = Phase.CONNECT.value  # its position is not known yet
 
 
@@ -125,6 +127,7 @@ class Judge:
         self._layers = bus.subscribe("layer/**")
         self._simulated = False
         self._began_us = 0
+        self._over_us: int | None = None  # when all were called home
         self._silence_s = assemble.patience(mission, SILENCE_S)
         self._late_s = assemble.patience(mission, mission.bus.wait_s)  # of other processes
         self._apart = mission.apart()
@@ -232,6 +235,8 @@ class Judge:
             )
         )
         self._chronicle.add(self._past_point(), self._placed())
+        if self.verdict is not Verdict.FLYING and self._over_us is None:
+            self._over_us = t_us
         if self.verdict is Verdict.FLYING:
             self._decide(t_us)
         elif not self.ended(t_us):
@@ -331,6 +336,8 @@ class Judge:
         if report is None:
             patience_s = self._late_s if agent in self._apart else self._silence_s
             return to_s(t_us - self._began_us) > patience_s
+        if report.phase == _YIELDED and self._over_us is not None:
+            return to_s(t_us - self._over_us) > YIELDED_S
         return report.phase in _ENDED or to_s(t_us - report.t_us) > self._silence_s
 
     def _separation_by_reports(self, t_us: int) -> None:

@@ -1,8 +1,14 @@
 """What a mission's values become."""
 
+from __future__ import annotations
+
+import dataclasses
+
 import pytest
 
+from planners.registry import BUILTIN
 from uavbridge import config
+from uavbridge.errors import ConfigError
 from uavbridge.runner import assemble
 
 
@@ -11,3 +17,12 @@ from uavbridge.runner import assemble
 def test_there_is_a_fleet_for_every_speed(clock: str, speed: float) -> None:
     mission = config.load(None, {"clock": clock, "speed": speed})
     assert assemble.fleet_of(mission, (1, 2)).systems == (1, 2)
+
+
+def test_a_planner_that_cannot_be_bound_is_a_fault_in_one_line() -> None:
+    def bind(scenario, params):
+        raise KeyError("heights")
+
+    kind = dataclasses.replace(BUILTIN["random"], bind=bind)
+    with pytest.raises(ConfigError, match="planner random: KeyError: 'heights'"):
+        assemble.planner_of(config.load(None, {"planner": "random"}), kind)

@@ -58,3 +58,8 @@ def test_a_folder_in_the_place_of_a_file(tmp_path: Path) -> None:
     (tmp_path / "mission.mcap").mkdir()
     with pytest.raises(ConfigError, match=r"^out: cannot write to "):
         prepare(small(), tmp_path)
+
+
+def test_no_folder_at_all_is_a_mistake() -> None:
+    with pytest.raises(ConfigError, match="out: is empty"):
+        prepare(small(out=""))

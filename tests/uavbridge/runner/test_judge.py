@@ -208,3 +208,15 @@ def test_frames_of_others_and_looks_from_the_future_do_not_count():
     stage.second(2)
     assert stage.judge.seen_share == pytest.approx(0.01)
     assert stage.judge.rejects == {"sender": 2, "future": 1}
+
+
+def test_vehicles_that_others_have_do_not_hold_up_the_end():
+    stage = Stage(duration=20.0)
+    for second in range(100):
+        stage.report(1, second * SECOND, phase="landed")
+        stage.report(2, second * SECOND, phase="yielded")
+        stage.second(second)
+        if stage.judge.ended(second * SECOND):
+            break
+    assert 20 + 60 < second < 20 + 65  # it could have been taken back meanwhile
+    assert stage.judge.failures() == ("agent 2: last heard in phase yielded",)
