@@ -1,4 +1,4 @@
-"""Missions on terrain: rovers and multirotors that follow it, stepped, paced, verified, reported."""
+"""Missions on terrain: rovers, and multirotors that follow it; stepped, paced, verified."""
 
 import json
 
