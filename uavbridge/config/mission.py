@@ -9,9 +9,10 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
+from planners.belief.prior import gaussian_prior
 from planners.grid import Grid
 from planners.terrain import Terrain
-from planners.types import Limits, Scenario
+from planners.types import F64, Limits, Scenario
 from uavbridge.config import ground as grounds
 from uavbridge.config import starts
 from uavbridge.config.ground import Ground, Signals
@@ -107,6 +108,7 @@ class Mission(Table, frozen=True):
     recording: Recording = Recording()
 
     mavlink: Mavlink = Mavlink()
+
     def __post_init__(self) -> None:
         if self.vehicles == 0:
             count = max(len(self.fleet.starts), len(self.agents), 1)
@@ -168,6 +170,20 @@ class Mission(Table, frozen=True):
         """(column, row) of the true targets, each cell once, in the file's order."""
         cells = [self.grid.cell_of(target.position) for target in self.targets]
         return tuple(dict.fromkeys((int(column), int(row)) for column, row in cells))
+
+    def prior(self) -> F64:
+        """P(target) of each cell (columns, rows) before the search."""
+        belief = self.belief
+        if not belief.expected:
+            return np.full(self.grid.shape, belief.prior)
+        return gaussian_prior(
+            self.grid,
+            [each.position for each in belief.expected],
+            belief.sigma_m,
+            floor=belief.prior,
+            peak=belief.peak,
+            weights=[each.weight for each in belief.expected],
+        )
 
     def scenario(self) -> Scenario:
         """What every planner is bound to. Raises ValueError like ``team``."""

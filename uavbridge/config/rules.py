@@ -85,6 +85,9 @@ def _probabilities(mission: Mission) -> None:
     if not belief.threshold > belief.prior:
         what = f"must be above prior = {belief.prior:g}"
         raise FieldError(("belief", "threshold"), what, belief.threshold)
+    if belief.expected and not belief.prior <= belief.peak < belief.threshold:
+        what = f"must lie from prior = {belief.prior:g} to below threshold = {belief.threshold:g}"
+        raise FieldError(("belief", "peak"), what, belief.peak)
 
 
 def _agents(mission: Mission) -> None:

@@ -109,10 +109,30 @@ class Sensor(Table, frozen=True):
     ] = True
 
 
+class Expected(Table, frozen=True):
+    """Where a target is expected, rightly or not: a bump of the map at the start."""
+
+    position: Annotated[Point, Meta(description="[x, y] in m")]
+    weight: Annotated[float, Meta(gt=0.0, description="its importance, alpha of Eq. (2)")] = 1.0
+
+
 class Belief(Table, frozen=True):
     """The map that every agent keeps."""
 
-    prior: Annotated[Probability, Meta(description="P(target) of every cell at the start")] = 0.5
+    prior: Annotated[
+        Probability,
+        Meta(description="P(target) of a cell at the start, where no target is expected"),
+    ] = 0.5
+    expected: Annotated[
+        tuple[Expected, ...],
+        Meta(description="where targets are expected (Liu 2022, Eqs. (1)-(2)); none: P is prior"),
+    ] = ()
+    sigma_m: Annotated[
+        float, Meta(gt=0.0, description="standard deviation of an expected target's place")
+    ] = 50.0
+    peak: Annotated[
+        Probability, Meta(description="P of the likeliest cell, where targets are expected")
+    ] = 0.8
     update: Annotated[
         Literal["bayes", "liu"],
         Meta(description="what a reading does: Khan 2014, Eq. (1), or Liu 2022, Eqs. (4)-(5)"),

@@ -139,7 +139,7 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             planner=planner,
             rule=MERGE_RULES[mission.belief.merge],
             sensor=sensor_model(mission),
-            prior=np.full(scenario.grid.shape, mission.belief.prior),
+            prior=mission.prior(),
             envelope=envelopes[member.kind],
             start=(*member.start, _height(terrain, member.start) + member.altitude_m),
             return_height_m=height,
