@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
-from typing import Generic, NamedTuple, TypeAlias, TypeVar
+from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +33,7 @@ FOLLOW_S = 0.5  # subscriptions follow the agents this often; their margin cover
 
 _UNTOLD = (Verdict.OWN, Verdict.HELD)
 _LOSSES = tuple(v for v in Verdict if v not in (Verdict.DELIVERED, *_UNTOLD))
+_DELIVERED = int(Verdict.DELIVERED)
 
 HeardLog = Callable[[int, bytes, bool, str], None]  # receiver, bytes, delivered, reason
 
@@ -162,6 +163,11 @@ class Channel(ABC, Generic[M]):
         traffic.send(len(data))
         return len(data)
 
+    def share(self, other: Channel[Any]) -> None:
+        """Have one set of accounts, and one bandwidth, with another radio of the same agents."""
+        self.traffic = other.traffic
+        self._queues = other._queues
+
     def close(self) -> None:
         """Hear nothing more."""
         self._listening.close()
@@ -192,7 +198,7 @@ class Channel(ABC, Generic[M]):
             batch.sort(key=lambda arrival: (arrival.message.sender, arrival.number))
             known = np.array([positions[agent] for agent in self.agents], np.float64)
             verdicts = self._judge(batch, known, t_us)
-            for j, i in np.argwhere(verdicts.T == Verdict.DELIVERED).tolist():
+            for j, i in np.argwhere(verdicts.T == _DELIVERED).tolist():
                 inboxes[j].append(batch[i].message)
             if self._log is not None:
                 self._tell(batch, verdicts, self._log)
@@ -272,11 +278,13 @@ class Channel(ABC, Generic[M]):
             source[i] = positions[i, j]
 
     def _count(self, verdicts: Verdicts, size: I64) -> None:
-        delivered = verdicts == Verdict.DELIVERED
+        delivered = verdicts == _DELIVERED
         traffic = self.traffic.values()
         frames, octets = delivered.sum(0).tolist(), (size @ delivered).tolist()
         for account, more, bytes_more in zip(traffic, frames, octets, strict=True):
             account.hear(more, bytes_more)
+        if delivered.all():
+            return
         for verdict in _LOSSES:
             lost = verdicts == verdict
             if lost.any():

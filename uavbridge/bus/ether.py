@@ -6,10 +6,10 @@ What ``Air`` does over a bus, message by message; the same radio decides.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import isfinite
 
 import numpy as np
+from msgspec.structs import replace
 
 from planners.types import F64
 from uavbridge.bus.late import Late

@@ -6,12 +6,12 @@ import logging
 from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass
-from math import dist, inf
+from math import dist, inf, isfinite
 from typing import Protocol
 
 from uavbridge.bus import keys
 from uavbridge.bus.wire import Frame, Vector
-from uavbridge.clock import to_s, to_us
+from uavbridge.clock import SECOND_US, to_us
 
 FUTURE_S = 1.0  # clocks may differ by this much
 OLD_S = 30.0  # nobody hears of anything so old
@@ -22,6 +22,8 @@ JUMP_M = 50.0  # positions may be wrong by so much
 HASTE = 2.0  # and vehicles faster than they should
 TRUSTED_S = 10.0  # an earlier position says nothing about a later one after this time
 MOST_WARNINGS = 1000
+
+_FUTURE_US, _TRUSTED_US = to_us(FUTURE_S), to_us(TRUSTED_S)
 
 _log = logging.getLogger(__name__)
 
@@ -75,6 +77,12 @@ class Screening:
     def __init__(self, bounds: Bounds = ANY, what: str = "") -> None:
         self.rejects: Counter[str] = Counter()
         self._bounds, self._what = bounds, what
+        west, south, east, north = bounds.area
+        self._west, self._east = west - FAR_M, east + FAR_M
+        self._south, self._north = south - FAR_M, north + FAR_M
+        self._high = HIGH_M if isfinite(west) else inf
+        self._old_us = bounds.old_s * SECOND_US
+        self._m_per_us = HASTE * bounds.speed_m_s / SECOND_US
         self._known: dict[int, dict[tuple[int, int], None]] = {}
         self._places: dict[int, tuple[int, Vector]] = {}  # newest time and position of a sender
         self._warned: set[tuple[int | None, str]] = set()
@@ -110,50 +118,48 @@ class Screening:
             return "sender"
         if bounds.team is not None and sender not in bounds.team:
             return "stranger"
-        if reason := self._foreign(message):
-            return reason
-        if sent_us > t_us + to_us(FUTURE_S):
+        if isinstance(message, Frame):  # a beacon has neither mission nor cells
+            if bounds.mission is not None and message.mission != bounds.mission:
+                return "mission"
+            if len(message.cells) > bounds.most_bytes:
+                return "size"
+        if sent_us > t_us + _FUTURE_US:
             return "future"
-        if sent_us < t_us - bounds.old_s * 1e6:
+        if sent_us < t_us - self._old_us:
             return "replayed"
+        misplaced = self._misplaced(sender, sent_us, message.position)
+        return misplaced or self._twice(sender, (sent_us, kind))
+
+    def _twice(self, sender: int, identity: tuple[int, int]) -> str:
+        """Whether a sender's message was there before, by sending time and kind; else noted."""
         known = self._known.get(sender)
         if known is None:
             known = self._known[sender] = {}
-        identity = (sent_us, kind)
         if identity in known:
             return "duplicate"
-        if len(known) == REMEMBERED and identity < next(iter(known)):
-            return "replayed"
-        if reason := self._impossible(message):
-            return reason
+        if len(known) >= REMEMBERED:
+            oldest = next(iter(known))
+            if identity < oldest:
+                return "replayed"
+            del known[oldest]
         known[identity] = None
-        if len(known) > REMEMBERED:
-            del known[next(iter(known))]
         return ""
 
-    def _foreign(self, message: Sent) -> str:
-        """What is wrong with a frame; beacons have neither cells nor mission."""
-        if not isinstance(message, Frame):
-            return ""
-        if self._bounds.mission is not None and message.mission != self._bounds.mission:
-            return "mission"
-        return "size" if len(message.cells) > self._bounds.most_bytes else ""
-
-    def _impossible(self, message: Sent) -> str:
-        bounds, (x, y, z) = self._bounds, message.position
-        west, south, east, north = bounds.area
-        if not (west - FAR_M <= x <= east + FAR_M and south - FAR_M <= y <= north + FAR_M):
+    def _misplaced(self, sender: int, sent_us: int, position: Vector) -> str:
+        x, y, z = position
+        if not (self._west <= x <= self._east and self._south <= y <= self._north):
             return "position"
-        if abs(z) > HIGH_M and west > -inf:
+        if not -self._high <= z <= self._high:
             return "position"
-        before = self._places.get(message.sender)
-        if before is None:
-            self._places[message.sender] = message.t_us, message.position
-            return ""
-        gap_s = abs(to_s(message.t_us - before[0]))
-        way_m = HASTE * bounds.speed_m_s * gap_s + JUMP_M
-        if gap_s < TRUSTED_S and dist(message.position, before[1]) > way_m:
-            return "jump"
-        if message.t_us > before[0]:
-            self._places[message.sender] = message.t_us, message.position
+        before = self._places.get(sender)
+        if before is not None:
+            gap_us = sent_us - before[0]
+            if gap_us < 0:
+                gap_us = -gap_us
+            way_m = self._m_per_us * gap_us + JUMP_M
+            if gap_us < _TRUSTED_US and dist(position, before[1]) > way_m:
+                return "jump"
+            if sent_us < before[0]:
+                return ""
+        self._places[sender] = sent_us, position
         return ""

@@ -103,10 +103,10 @@ class TruthTrack:
             raise LookupError("no true position is known yet")
         times, positions = self._times[: self._count], self._positions[: self._count]
         inside: Bools = np.asarray((t_us >= times[0]) & (t_us <= times[-1]))
-        after = np.searchsorted(times, t_us).clip(max=self._count - 1)
-        before = (after - 1).clip(min=0)
+        after = np.minimum(np.searchsorted(times, t_us), self._count - 1)
+        before = np.maximum(after - 1, 0)
         gap = np.maximum(times[after] - times[before], 1)
-        share = ((t_us - times[before]) / gap).clip(0.0, 1.0)[:, None, None]
+        share = np.minimum(np.maximum((t_us - times[before]) / gap, 0.0), 1.0)[:, None, None]
         return positions[before] + share * (positions[after] - positions[before]), inside
 
     def at(self, t_us: int, agent: int) -> Vector | None:

@@ -9,10 +9,11 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
 from enum import IntEnum
 from struct import Struct, error, pack, unpack_from
 from typing import NamedTuple, TypeAlias, TypeVar
+
+import msgspec
 
 Vector: TypeAlias = tuple[float, float, float]
 M = TypeVar("M")
@@ -48,6 +49,7 @@ class Kind(IntEnum):
     TRUTH = 6
     SIGNALS = 7
     LAYER = 8
+    PLACE = 9
 
 
 DELTA, KEYFRAME = Kind.DELTA, Kind.KEYFRAME
@@ -75,8 +77,7 @@ class Probe(NamedTuple):
         return _PROBE.size + 2 * len(self.digests)
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
+class Frame(msgspec.Struct, frozen=True, gc=False):
     """What an agent sends once a tick: beacon, planner payload, map cells, and what it lacks.
 
     Attributes:
@@ -110,8 +111,7 @@ class Frame:
     waited_s: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Beacon:
+class Beacon(msgspec.Struct, frozen=True, gc=False):
     """A position for separation: sender id, time, ENU m, m/s (float32 on the wire)."""
 
     sender: int

@@ -132,7 +132,7 @@ def spread(name: str, quality: Quality, links: Sequence[Link], sender: I64, rece
         receiver: (k,) ids.
     """
     common: float = getattr(quality, name)
-    special = [link for link in links if name in link.changes()]
+    special = [link for link in links if getattr(link, name) is not None]
     if not special:
         return np.full((1, 1), common)
     value = np.full((len(sender), len(receiver)), common)
@@ -141,5 +141,5 @@ def spread(name: str, quality: Quality, links: Sequence[Link], sender: I64, rece
         columns = (
             np.ones(len(receiver), bool) if link.receiver is None else receiver == link.receiver
         )
-        value[np.ix_(rows, columns)] = link.changes()[name]
+        value[np.ix_(rows, columns)] = getattr(link, name)
     return value

@@ -6,7 +6,7 @@ on the order of arrival: chance is drawn by (seed, sender, receiver, tick).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from math import inf, isfinite
 
@@ -36,6 +36,11 @@ class Verdict(IntEnum):
         return self.name.lower().replace("_", " ")
 
 
+_DELIVERED, _OUT_OF_RANGE, _OWN = (
+    np.uint8(verdict.value) for verdict in (Verdict.DELIVERED, Verdict.OUT_OF_RANGE, Verdict.OWN)
+)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Transmissions:
     """What was sent, one a row, with where the sender was at that time."""
@@ -56,6 +61,9 @@ class Radio:
         quality: what all links do; its range is ``range_m``, its bandwidth that of each sender.
         links: exceptions; of two for one link the later one counts. A bandwidth here is that of
             the link alone, beside the sender's.
+        longest_m: range of the longest link.
+        needs_positions: whether a verdict depends on where anybody is.
+        delivers_at_once: whether what is delivered is so as soon as it has arrived.
 
     Raises:
         ValueError: a number is out of its bounds.
@@ -66,26 +74,21 @@ class Radio:
     quality: Quality = PLAIN
     links: tuple[Link, ...] = ()
 
+    longest_m: float = field(init=False, repr=False, compare=False)
+    needs_positions: bool = field(init=False, repr=False, compare=False)
+    delivers_at_once: bool = field(init=False, repr=False, compare=False)
+
     def __post_init__(self) -> None:
-        object.__setattr__(self, "quality", replace(self.quality, range_m=self.range_m))
-        for link in self.links:
-            link.over(self.quality)
-
-    @property
-    def longest_m(self) -> float:
-        """Range of the longest link."""
-        return max(link.over(self.quality).range_m for link in (Link(), *self.links))
-
-    @property
-    def needs_positions(self) -> bool:
-        """Whether a verdict depends on where anybody is."""
-        return any(isfinite(link.over(self.quality).range_m) for link in (Link(), *self.links))
-
-    @property
-    def delivers_at_once(self) -> bool:
-        """Whether what is delivered is so as soon as it has arrived."""
-        slow = self.quality.delay_s or self.quality.jitter_s or isfinite(self.quality.bytes_per_s)
-        return not slow and not any(link.slows for link in self.links)
+        quality = replace(self.quality, range_m=self.range_m)
+        ranges = [link.over(quality).range_m for link in (Link(), *self.links)]
+        slow = quality.delay_s or quality.jitter_s or isfinite(quality.bytes_per_s)
+        for name, value in (
+            ("quality", quality),
+            ("longest_m", max(ranges)),
+            ("needs_positions", isfinite(min(ranges))),
+            ("delivers_at_once", not slow and not any(link.slows for link in self.links)),
+        ):
+            object.__setattr__(self, name, value)
 
     def words(self) -> str:
         """What is emulated, in short; empty: nothing but a radio that always delivers."""
@@ -119,10 +122,12 @@ class Radio:
         """
         range_m = self._spread("range_m", sent, receiver)
         within = _within(sent.position[:, None, :], position, range_m)
-        verdict = np.where(within, np.uint8(Verdict.DELIVERED), np.uint8(Verdict.OUT_OF_RANGE))
-        self._burst(sent, receiver, verdict)
-        self._lose(Verdict.LOSS, "loss", Purpose.LOSS, sent, receiver, verdict)
-        verdict[sent.sender[:, None] == receiver] = Verdict.OWN
+        verdict = np.where(within, _DELIVERED, _OUT_OF_RANGE)
+        if self.links or self.quality.burst_enter:
+            self._burst(sent, receiver, verdict)
+        if self.links or self.quality.loss:
+            self._lose(Verdict.LOSS, "loss", Purpose.LOSS, sent, receiver, verdict)
+        verdict[sent.sender[:, None] == receiver] = _OWN
         return verdict
 
     def latency_us(self, sent: Transmissions, receiver: I64) -> F64:

@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.uavbridge.bus.sessions import LocalSessions, Sessions, ZenohSessions
 from uavbridge.bus import keys
