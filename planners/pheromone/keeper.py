@@ -21,7 +21,6 @@ from planners.pheromone.words import Local, Word
 from planners.types import F64, I64, Bools
 
 REMEMBERED = 64  # words of one UAV, to know one that comes twice
-STALE_STEPS = 5  # without news of a neighbour its border is not known any more
 
 
 class Box(NamedTuple):
@@ -110,7 +109,6 @@ class Keeper:
         self._marks: dict[tuple[int, int], _Mark] = {}
         self._words: list[tuple[int, Word]] = []
         self._heard: dict[int, dict[int, None]] = {}
-        self._news: dict[tuple[int, int, int, int], int] = {}  # neighbours' boxes: step of news
 
     def hear(self, sender: int, word: Word) -> bool:
         """A word arrived; it counts at the next update. False: it was known."""
@@ -136,7 +134,6 @@ class Keeper:
                 self.closed[column, row] = True
             for column, row in self._mine(word.targets):
                 self._visit((column, row))
-        self._forget_silent()
         uavs = [word.path for word in words if len(word.path)]
         cells = np.concatenate(uavs) if uavs else np.zeros((0, 2), np.int64)
         obstacles = np.where(self.closed, self.law.field.obstacle.deposit, 0.0)
@@ -169,14 +166,6 @@ class Keeper:
             np.array([at for at, _ in marks], np.int64).reshape(-1, 2),
             np.array([due for _, due in marks], np.bool_),
         )
-
-    def reaches(self, word: Word) -> bool:
-        """Whether a word matters here."""
-        reach = int(self.law.field.path.reach)
-        wide = self.tile.grown(max(reach, self.law.margin), self.shape)
-        cells = np.concatenate((word.path, word.obstacles, word.targets))
-        low, high = np.array(wide[:2]), np.array(wide[2:])
-        return bool(((cells >= low) & (cells < high)).all(axis=1).any())
 
     def margin_of(self, tile: Box) -> Patch:
         """What the keeper of another tile is to know of this one; empty where none is near."""
@@ -225,7 +214,6 @@ class Keeper:
             self.steps = max(self.steps, patch.step)
         else:
             self.known[box.slices] = True
-            self._news[patch.box] = self.steps
         return True
 
     def layers(self) -> Iterable[tuple[str, F64]]:
@@ -256,16 +244,13 @@ class Keeper:
                 sources[column, row] = self.law.field.target.deposit
         return sources
 
-    def _forget_silent(self) -> None:
-        """The border of a neighbour that has not been heard of is not known."""
-        for box, at in list(self._news.items()):
-            if self.steps - at > STALE_STEPS:
-                del self._news[box]
-                where = Box(*box).slices
-                self.known[where] = False
-                self.field.target[where] = 0.0
-                self.field.obstacle[where] = 0.0
-                self.field.path[where] = self.law.field.path.initial
+
+def reaches(word: Word, tile: Box, law: KeeperLaw, shape: tuple[int, int]) -> bool:
+    """Whether a word matters to the keeper of a tile."""
+    wide = tile.grown(max(int(law.field.path.reach), law.margin), shape)
+    cells = np.concatenate((word.path, word.obstacles, word.targets))
+    low, high = np.array(wide[:2]), np.array(wide[2:])
+    return bool(((cells >= low) & (cells < high)).all(axis=1).any())
 
 
 def _holds(box: Box, cell: tuple[int, int]) -> bool:

@@ -42,6 +42,7 @@ class CellSensorSpec:
     q: float = 0.05  # P(positive, no target in the cell)
     period_s: float = 0.0  # between readings within one cell; 0: only when entering it
     height_min_m: float = 5.0  # below it the sensor sees nothing
+    reach_m: float = 0.0  # cells whose centre is this near to that of the vehicle's are seen, too
 
 
 class CellSensor:
@@ -70,6 +71,7 @@ class CellSensor:
         n = len(generators)
         self._cell = np.full((n, 2), -1, dtype=np.int64)  # last looked at; -1: none
         self._next_us = np.zeros(n, dtype=np.int64)
+        self._around = _around(spec.reach_m / grid.cell_m)
 
     def look(self, t_us: int, position: npt.NDArray[np.float64]) -> list[Sighting]:
         cells = self._grid.cell_of(position)
@@ -80,10 +82,20 @@ class CellSensor:
             due |= sees & (t_us >= self._next_us)
         self._cell[sees] = cells[sees]
         indices = np.flatnonzero(due).tolist()
-        return [self._read(i, t_us, cells[i]) for i in indices]
+        seen = [(i, cells[i] + offset) for i in indices for offset in self._around]
+        return [self._read(i, t_us, cell) for i, cell in seen if self._grid.inside(cell)]
 
     def _read(self, index: int, t_us: int, cell: npt.NDArray[np.int64]) -> Sighting:
         column, row = cell.tolist()
         chance = self._spec.p if self._truth[column, row] else self._spec.q
         self._next_us[index] = t_us + round(self._spec.period_s * 1e6)
         return Sighting(index, (column, row), bool(self._generators[index].random() < chance))
+
+
+def _around(reach: float) -> npt.NDArray[np.int64]:
+    """Offsets (k, 2) of the cells within a reach, the own one first."""
+    side = np.arange(-int(reach), int(reach) + 1)
+    offsets = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2)
+    distance = np.hypot(offsets[:, 0], offsets[:, 1])
+    order = np.argsort(distance, kind="stable")
+    return np.asarray(offsets[order[distance[order] <= reach]])

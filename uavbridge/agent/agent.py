@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from planners.types import F64, Goal, Reading, Signal, View
+from planners.types import F64, Answer, Goal, Reading, Signal, View
 from uavbridge.agent.effects import Decided, Effect, Inputs, Publish, Shine
 from uavbridge.agent.flight import Flight
 from uavbridge.agent.guidance import sound
@@ -38,6 +38,7 @@ class Sensed:
 
     readings: list[Reading] = field(default_factory=list)
     signals: list[Signal] = field(default_factory=list)
+    answers: list[Answer] = field(default_factory=list)
 
 
 class Agent:
@@ -76,6 +77,7 @@ class Agent:
         for reading in inputs.readings:
             self.mapping.observe(reading)
             self._sensed.readings.append(reading)
+        self._sensed.answers.extend(inputs.answers)
         for signal in inputs.signals:
             self._sensed.signals.append(signal)
             if signal.arrived:
@@ -174,8 +176,10 @@ def view_of(
         belief=mapping.belief.probability,
         seen=mapping.belief.seen,
         readings=tuple(sensed.readings),
+        answers=tuple(sensed.answers),
         signals=tuple(sensed.signals),
         terrain=None if terrain is None else terrain.around(position, plan.sensing_m),
+        obstacles=plan.in_sight(position),
     )
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from planners.types import F64, Goal, Reading, Signal
+from planners.types import Answer as Told
 from uavbridge.agent.orders import Ack, Order
 from uavbridge.bus.wire import Beacon, Frame
 from uavbridge.vehicle.api import Command, VehicleEvent, VehicleState
@@ -25,6 +26,7 @@ class Inputs:
     beacons: tuple[Beacon, ...] = ()  # heard on the separation beacon, by sender
     readings: tuple[Reading, ...] = ()
     signals: tuple[Signal, ...] = ()
+    answers: tuple[Told, ...] = ()  # to what the planner asked
     orders: tuple[Order, ...] = ()
     late_s: float = 0.0  # how much later than ``t_us`` this step is really made
 

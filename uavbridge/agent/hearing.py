@@ -7,6 +7,7 @@ import numpy as np
 from planners.types import Neighbours
 from uavbridge.bus.wire import Beacon, Frame
 from uavbridge.clock import to_s, to_us
+from uavbridge.place.trailer import own
 from uavbridge.safety.filter import Traffic
 
 FORGET_RADIO_S = 30.0
@@ -45,7 +46,7 @@ class Hearing:
             position=np.array([f.position for f in heard]),
             velocity=np.array([f.velocity for f in heard]),
             age_s=np.array([to_s(t_us - f.t_us) for f in heard]),
-            payloads=tuple(f.payload for f in heard),
+            payloads=tuple(own(f.payload) for f in heard),
         )
 
     def heard_within(self, t_us: int, window_s: float) -> int:

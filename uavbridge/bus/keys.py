@@ -51,8 +51,14 @@ SPACES: dict[str, Space] = {
     "air": Space("air/<tile x>/<tile y>/<agent>", "the agent", "agents in radio range"),
     # What the own payload sensor saw, from the simulated world or a real detector.
     "obs": Space("obs/<agent>", "the world, a detector", "the agent", essential=True),
-    # Questions to and answers from place agents.
-    "place": Space("place/<place>/...", "place agents", "agents in radio range", essential=True),
+    # Over the radio, what UAVs and place agents say to each other; over their own network, what
+    # neighbouring place agents do (place/net).
+    "place": Space(
+        "place/air/<tile x>/<tile y>/<who>, place/net/<place>",
+        "agents, place agents",
+        "place agents, agents in radio range",
+        essential=True,
+    ),
     # Position beacon for separation, such as Remote ID gives; never fed to a planner.
     "safety": Space(
         "safety/<tile x>/<tile y>/<agent>", "the agent", "safety filters in range", urgent=True
@@ -117,9 +123,14 @@ def obs(agent: int | str) -> str:
     return f"obs/{agent}"
 
 
-def place(name: str) -> str:
-    """What a place agent answers to."""
-    return f"place/{name}"
+def place(tile: TilePattern, who: int | str) -> str:
+    """What one agent or place agent (or ``*``) says from a tile."""
+    return f"place/air/{tile[0]}/{tile[1]}/{who}"
+
+
+def place_net(place: int | str) -> str:
+    """What other place agents tell one of them."""
+    return f"place/net/{place}"
 
 
 def cmd(target: int | str = EVERYONE) -> str:

@@ -16,6 +16,7 @@ from planners.types import F64, Limits, Scenario
 from uavbridge.config import ground as grounds
 from uavbridge.config import starts
 from uavbridge.config.ground import Ground, Signals
+from uavbridge.config.pheromones import PLANNERS, Obstacle, Pheromones
 from uavbridge.config.starts import Member
 from uavbridge.config.tables import (
     MAX_VEHICLES,
@@ -99,6 +100,8 @@ class Mission(Table, frozen=True):
     signals: Signals | None = None
     belief: Belief = Belief()
     targets: tuple[Target, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
+    pheromones: Pheromones | None = None
     radio: Radio = Radio()
     safety: Safety = Safety()
     wind: Wind = Wind()
@@ -185,6 +188,17 @@ class Mission(Table, frozen=True):
             weights=[each.weight for each in belief.expected],
         )
 
+    def columns(self, *, known: bool) -> F64:
+        """No-fly columns (k, 3) x, y, radius in m: those planners know before, or the others."""
+        rows = [(*each.position, each.radius_m) for each in self.obstacles if each.known == known]
+        return np.array(rows, np.float64).reshape(-1, 3)
+
+    def stigmergy(self) -> Pheromones | None:
+        """Who keeps the pheromone maps; None: nobody."""
+        if self.pheromones is None and self.planner in PLANNERS:
+            return Pheromones()
+        return self.pheromones
+
     def scenario(self) -> Scenario:
         """What every planner is bound to. Raises ValueError like ``team``."""
         members = self.team()
@@ -196,6 +210,7 @@ class Mission(Table, frozen=True):
             limits=self.limits,
             detection_threshold=self.belief.threshold,
             radio_range_m=self.radio.range_m,
+            obstacles=self.columns(known=True),
         )
 
     def for_agents(self) -> Mission:

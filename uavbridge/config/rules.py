@@ -16,6 +16,7 @@ from sim_vehicles.params import Parameters
 from uavbridge.config.field_error import FieldError, KeyPath
 from uavbridge.config.ground_rules import check_ground, check_on_ground
 from uavbridge.config.mission import Mission
+from uavbridge.config.pheromones import check_pheromones
 from uavbridge.config.radio import check_radio
 from uavbridge.config.starts import Member
 from uavbridge.errors import ConfigError
@@ -52,6 +53,7 @@ def check(mission: Mission, planners: Mapping[str, PlannerKind]) -> None:
         starts = zip(_start_keys(mission, team), [member.start for member in team], strict=True)
         check_on_ground(mission, terrain, list(starts))
     _endpoints(mission)
+    check_pheromones(mission)
     check_radio(mission, [member.id for member in team])
     _remote(mission, team)
     _simulation(mission)

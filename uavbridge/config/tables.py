@@ -100,6 +100,10 @@ class Sensor(Table, frozen=True):
             description="0: one reading on entering a cell; else one a period inside too",
         ),
     ] = 0.0
+    reach_m: Annotated[
+        float,
+        Meta(ge=0.0, le=1e4, description="cells so near to the vehicle's own are read with it"),
+    ] = 0.0
     simulated: Annotated[
         bool,
         Meta(

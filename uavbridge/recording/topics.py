@@ -71,6 +71,14 @@ class SignalRecord(Struct, frozen=True):
     taken_us: int  # mission time of the signal; the message's time is when the agent had it
 
 
+class AnswerRecord(Struct, frozen=True):
+    """What came back for an earlier question of the planner."""
+
+    key: str
+    data: str  # base64
+    age_s: float
+
+
 class DecisionRecord(Struct, frozen=True, omit_defaults=True):
     """One decision of a planner: its own state, its goal, and its memory afterwards."""
 
@@ -150,6 +158,7 @@ TOPICS: dict[str, Topic] = {
         ),
         Topic("obs", "json", ReadingRecord),
         Topic("signal", "json", SignalRecord),
+        Topic("answer", "json", AnswerRecord),
         Topic("setpoint", "json", SetpointRecord),
         Topic("state", "json", AgentReport),
         Topic("decision", "json", DecisionRecord),

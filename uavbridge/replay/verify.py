@@ -19,7 +19,7 @@ import numpy as np
 
 from planners.memory import loads
 from planners.planner import PlannerKind
-from planners.types import Reading, Signal
+from planners.types import Answer, Reading, Signal
 from uavbridge.agent.agent import Sensed, view_of
 from uavbridge.agent.effects import Decided
 from uavbridge.agent.hearing import Hearing
@@ -30,7 +30,13 @@ from uavbridge.clock import to_s, to_us
 from uavbridge.errors import ConfigError, UavbridgeError
 from uavbridge.recording.decisions import decision_record, differences
 from uavbridge.recording.reader import Message
-from uavbridge.recording.topics import DecisionRecord, ReadingRecord, SignalRecord, unpack_heard
+from uavbridge.recording.topics import (
+    AnswerRecord,
+    DecisionRecord,
+    ReadingRecord,
+    SignalRecord,
+    unpack_heard,
+)
 from uavbridge.recording.topics import decode as decode_record
 from uavbridge.replay.opened import opened
 from uavbridge.rng import stream
@@ -133,6 +139,10 @@ def _take(
         heard = decode_record(SignalRecord, message.data)
         signal = Signal(heard.taken_us, heard.target, heard.strength, heard.arrived)
         minds[int(name)].sensed.signals.append(signal)
+    elif space == "answer":
+        told = decode_record(AnswerRecord, message.data)
+        answer = Answer(told.key, b64decode(told.data), told.age_s)
+        minds[int(name)].sensed.answers.append(answer)
     elif space == "decision":
         decision = decode_record(DecisionRecord, message.data)
         return _decide(minds[int(name)], message.t_us, decision, message.t_us >= from_us)

@@ -112,6 +112,7 @@ def envelope_of(mission: Mission, kind: Kind = "multirotor") -> Envelope:
         sink_m_s=s.sink_m_s,
         terrain=mission.terrain(),
         drives=drives,
+        columns=tuple((*o.position, o.radius_m + o.clearance_m) for o in mission.obstacles),
         steepest_rad=pi / 2 if mission.ground is None else mission.ground.alpha_rad,
         slowest_m_s=s.slowest_m_s if kind == "plane" else 0.0,
     )
@@ -148,6 +149,7 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             drives=member.kind == "rover",
             climb_rad=ground.beta_rad,
             sensing_m=ground.sensing_m,
+            columns=mission.columns(known=False),
             mission_mark=mission_mark(mission),
             frame_bytes=min(mission.radio.frame_bytes, mission.radio.bytes_per_s * mission.tick),
             keyframe_s=mission.radio.keyframe_s,
@@ -210,6 +212,7 @@ def sensor_of(mission: Mission, agents: tuple[int, ...]) -> CellSensor:
         q=mission.sensor.q,
         period_s=mission.sensor.period_s,
         height_min_m=mission.safety.altitude_min_m / 2,
+        reach_m=mission.sensor.reach_m,
     )
     generators = [stream(mission.seed, "sensor", agent) for agent in agents]
     return CellSensor(mission.grid, _targets(mission), spec, generators)

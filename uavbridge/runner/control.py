@@ -18,7 +18,7 @@ from uavbridge.mavlink.link import Link
 from uavbridge.mavlink.middleware import TlogLink
 from uavbridge.radio.radio import Radio
 from uavbridge.recording.recorder import Recorder
-from uavbridge.runner import assemble
+from uavbridge.runner import assemble, places
 from uavbridge.runner.host import AgentHost, HeardNotes
 from uavbridge.runner.judge import Judge
 from uavbridge.vehicle.api import Vehicle
@@ -73,6 +73,7 @@ def build_host(
         ),
         recorder=recorder,
         heard=heard,
+        service=places.service_of(mission, bus, air, truth),
     )
 
 

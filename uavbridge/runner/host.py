@@ -7,10 +7,12 @@ only the bus, the links and the clock behind it differ.
 from __future__ import annotations
 
 import logging
+from base64 import b64encode
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from planners.types import Answer as Told
 from planners.types import Reading, Signal
 from uavbridge.agent.agent import Agent
 from uavbridge.agent.effects import Answer, Decided, Do, Effect, Inputs, Publish, Shine
@@ -26,9 +28,11 @@ from uavbridge.bus.messages import FullMap, decode_readings, decode_signals, enc
 from uavbridge.bus.wire import Kind, Vector, kind_of, sender_and_tick
 from uavbridge.bus.wire import encode as encode_frame
 from uavbridge.clock import SECOND_US, to_s
+from uavbridge.place.service import Service
 from uavbridge.recording.decisions import decision_record
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import (
+    AnswerRecord,
     EventRecord,
     ReadingRecord,
     SetpointRecord,
@@ -86,6 +90,7 @@ class AgentHost:
         beacons: the separation beacon.
         recorder: None: nothing is recorded.
         heard: what the radio's log was given to, to be recorded.
+        service: answers what planners ask; None: nobody does.
     """
 
     def __init__(
@@ -98,7 +103,10 @@ class AgentHost:
         beacons: SafetyBeacons,
         recorder: Recorder | None = None,
         heard: HeardNotes | None = None,
+        service: Service | None = None,
     ) -> None:
+        self._service = service
+        self._where: dict[int, Vector] = {}
         self._bus, self._air, self._beacons, self._recorder = bus, air, beacons, recorder
         self._everybody = bus.subscribe(keys.cmd())
         self._maps: dict[int, bytes] = {}
@@ -141,7 +149,9 @@ class AgentHost:
             seat.agent.plan.agent: _vector(state)
             for seat, state in zip(self.seats, states, strict=True)
         }
+        self._where = where
         frames = self._air.receive(where, t_us)
+        answers = self._service.receive(where, frames, t_us) if self._service else {}
         if self._recorder and self._heard:
             for receiver, rows in self._heard.take():
                 self._recorder.write(f"heard/{receiver}", t_us, rows)
@@ -160,6 +170,7 @@ class AgentHost:
                 beacons=tuple(beacons.get(agent, ())),
                 readings=readings,
                 signals=signals,
+                answers=self._answered(agent, t_us, answers.get(agent, [])),
                 orders=to_all + _orders([sample.data for sample in seat.cmd.drain()], self.rejects),
                 late_s=late_s,
             )
@@ -170,11 +181,20 @@ class AgentHost:
                 self._event(t_us, agent, "phase", seat.agent.phase.value)
             if t_us % SECOND_US == 0:
                 self._report(seat, state, t_us)
+        if self._service:
+            self._service.step(t_us)
 
     def close(self) -> None:
         """Let go of the vehicles."""
         for seat in self.seats:
             seat.vehicle.close()
+
+    def _answered(self, agent: int, t_us: int, answers: list[Told]) -> tuple[Told, ...]:
+        if self._recorder:
+            for one in answers:
+                record = AnswerRecord(one.key, b64encode(one.data).decode(), one.age_s)
+                self._recorder.record(f"answer/{agent}", t_us, record)
+        return tuple(answers)
 
     def _sensed(self, seat: Seat, t_us: int) -> tuple[tuple[Reading, ...], tuple[Signal, ...]]:
         readings: list[Reading] = []
@@ -214,12 +234,15 @@ class AgentHost:
                 record = SetpointRecord("velocity", [x, y, z])
                 self._recorder.record(f"setpoint/{agent}", t_us, record)
         elif isinstance(effect, Publish):
-            self._air.send(effect.frame)
+            frame = self._service.outgoing(effect.frame) if self._service else effect.frame
+            self._air.send(frame)
             if self._recorder:
-                self._recorder.write(f"air/{agent}", t_us, encode_frame(effect.frame))
+                self._recorder.write(f"air/{agent}", t_us, encode_frame(frame))
         elif isinstance(effect, Shine):
             self._beacons.send(effect.beacon)
         elif isinstance(effect, Decided):
+            if self._service:
+                self._service.wish(agent, effect.goal, effect.tick, self._where[agent], t_us)
             if self._recorder:
                 self._recorder.record(f"decision/{agent}", t_us, decision_record(effect))
         elif isinstance(effect, Answer):

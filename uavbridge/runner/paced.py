@@ -44,6 +44,7 @@ from uavbridge.runner.host import AgentHost
 from uavbridge.runner.judge import Judge
 from uavbridge.runner.nets import NetNotes
 from uavbridge.runner.payloads import Payloads
+from uavbridge.runner.places import places_of
 from uavbridge.runner.router import RouterProcess
 from uavbridge.runner.simulation import Reached, Simulation
 from uavbridge.runner.stand_down import stand_down
@@ -144,6 +145,7 @@ def fly_paced(
         host = build_host(mission, plans, vehicles, bus, recorder)
         elsewhere = {a: v for a, v in vehicles.items() if mission.endpoint(a) is not None}
         progress = _with_payloads(mission, session, progress)
+        progress = _with_places(mission, session, progress)
         progress = _with_notes(NetNotes(elsewhere, recorder), progress)
         began_us = _go_on(earlier, paced, host, judge, vehicles) if earlier else 0
         _loop(clock, host, crew, judge, simulation, progress, stop, began_us)
@@ -243,6 +245,21 @@ def _with_payloads(
         progress(t_us, judge, host)
 
     return sense
+
+
+def _with_places(mission: Mission, session: Callable[[], ZenohBus], progress: Progress) -> Progress:
+    """The launcher hosts the mission's place agents, if it has any."""
+    table = mission.stigmergy()
+    keepers = None if table is None or table.form == "copies" else places_of(mission, session())
+    if keepers is None:
+        return progress
+    hosted = keepers
+
+    def keep(t_us: int, judge: Judge, host: AgentHost) -> None:
+        hosted.step(t_us)
+        progress(t_us, judge, host)
+
+    return keep
 
 
 def _router(mission: Mission, alone: bool) -> Router | RouterProcess:

@@ -16,7 +16,7 @@ from uavbridge.clock import SteppedClock
 from uavbridge.config import Mission
 from uavbridge.mavlink.link import memory_pair
 from uavbridge.recording.recorder import Recorder
-from uavbridge.runner import assemble
+from uavbridge.runner import assemble, places
 from uavbridge.runner.control import CONTROL_US, Flown, Progress, build_host, logged
 from uavbridge.runner.judge import Judge
 from uavbridge.runner.world import world_of
@@ -58,6 +58,7 @@ def fly_stepped(
     far_ends = [far for _, far in links]
     world = world_of(mission, fleet, agents, hub.bus(), sensor)
     host = build_host(mission, plans, vehicles, hub.bus(), recorder)
+    keepers = places.places_of(mission, hub.bus())
     judge = judge_of(mission, hub.bus(), recorder)
     t_us = 0
     while not judge.ended(t_us):
@@ -67,6 +68,8 @@ def fly_stepped(
             far_ends[index].send(datagram)
         world.step(t_us)
         host.step(t_us)
+        if keepers is not None:
+            keepers.step(t_us)
         for index, far in enumerate(far_ends):
             for datagram in far.receive():
                 fleet.receive(index, datagram)

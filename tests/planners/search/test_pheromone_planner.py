@@ -6,7 +6,7 @@ import pytest
 from planners import registry
 from planners.grid import Grid
 from planners.pheromone.detect import DetectRule
-from planners.pheromone.keeper import Box, Keeper, KeeperLaw
+from planners.pheromone.keeper import Box, Keeper, KeeperLaw, reaches
 from planners.pheromone.words import (
     ASK,
     OBSTACLE,
@@ -191,7 +191,7 @@ def test_tiles_together_are_the_one_map():
             word = Word(number, (0, 0), 0, place, stones, seen)
             whole.hear(uav, word)
             for tile in tiles:
-                if tile.reaches(word):
+                if reaches(word, tile.tile, law, GRID.shape):
                     tile.hear(uav, word)
         for keeper in (whole, *tiles):
             keeper.update()
