@@ -10,7 +10,7 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from uavbridge.report import figures
+from uavbridge.report import aircraft, figures
 from uavbridge.report.result import MissionResult
 
 PNG_DPI = 200
@@ -45,6 +45,10 @@ def drawings(result: MissionResult) -> dict[str, Drawn]:
     }
     if result.alliances is not None:
         made["alliances"] = figures.alliances_figure(result), "Members of suballiances over time"
+    if result.planes:
+        space = aircraft.tracks_figure(result.tracks, result.terrain)
+        made["space"] = space, "Tracks in space"
+        made["motion"] = aircraft.motion_figure(result.tracks), "Yaw, pitch and speed over time"
     return {name: drawn(name, figure, title) for name, (figure, title) in made.items()}
 
 

@@ -43,6 +43,7 @@ def report_page(result: MissionResult, drawn: Mapping[str, Drawn]) -> str:
         _section("Map", _figure(drawn["map"].svg, _map_caption(result))),
         _section("Progress", _figure(drawn["progress"].svg, _progress_caption(result))),
         _section("Suballiances", _alliances(drawn)),
+        _section("Flight", _flight(drawn)),
         _section("Targets", _targets(result)),
         _section("Separation", _figure(drawn["separation"].svg, _SEPARATION_CAPTION)),
         _section("Radio", _figure(drawn["radio"].svg, _RADIO_CAPTION)),
@@ -87,6 +88,11 @@ _ALLIANCES_CAPTION = (
     "themselves) dark; a star marks when the target was found."
 )
 _SEPARATION_CAPTION = "True distance between the two closest airborne vehicles, in all phases."
+_SPACE_CAPTION = "Tracks in space over the terrain; heights are drawn larger than distances."
+_MOTION_CAPTION = (
+    "Yaw from east, counter-clockwise, and pitch of the flight path, upwards, once a second, of "
+    "all aircraft."
+)
 _RADIO_CAPTION = "Frames on the emulated radio, as offered by and delivered to each agent."
 
 
@@ -149,6 +155,14 @@ def _map_caption(result: MissionResult) -> str:
 
 def _progress_caption(result: MissionResult) -> str:
     return _FOUND_CAPTION if result.by_signal else _PROGRESS_CAPTION
+
+
+def _flight(drawn: Mapping[str, Drawn]) -> str:
+    """Tracks in space and motion over time, of fixed-wing aircraft."""
+    captions = {"space": _SPACE_CAPTION, "motion": _MOTION_CAPTION}
+    return "".join(
+        _figure(drawn[name].svg, text) for name, text in captions.items() if name in drawn
+    )
 
 
 def _alliances(drawn: Mapping[str, Drawn]) -> str:

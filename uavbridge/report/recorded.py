@@ -82,6 +82,7 @@ def _result(collected: Collected, whole: Opened) -> MissionResult:
         by_signal=by_signal,
         terrain=_terrain(mission),
         climb_rad=np.nan if mission.ground is None else mission.ground.beta_rad,
+        planes=any(member.kind == "plane" for member in mission.team()),
         alliances=None if collected.rosters is None else collected.rosters.alliances(),
         coverage=np.nan if by_signal else _last(series.coverage),
         uncertainty=np.nan if by_signal else _last(series.uncertainty),

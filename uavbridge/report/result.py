@@ -104,6 +104,7 @@ class MissionResult:
     terrain: Terrain | None = None  # None: level ground
     climb_rad: float = float("nan")  # beta of the terrain
     alliances: Alliances | None = None
+    planes: bool = False  # fixed-wing aircraft flew
     agent_beliefs: Mapping[int, F64] = field(default_factory=dict)  # agent: (columns, rows)
     coverage: float = float("nan")
     uncertainty: float = float("nan")

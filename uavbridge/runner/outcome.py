@@ -74,6 +74,7 @@ def result_of(
         by_signal=by_signal,
         terrain=mission.terrain(),
         climb_rad=nan if mission.ground is None else mission.ground.beta_rad,
+        planes=any(member.kind == "plane" for member in mission.team()),
         alliances=None if judge.rosters is None else judge.rosters.alliances(),
         coverage=nan if by_signal else judge.seen_share,
         uncertainty=nan if by_signal else last.uncertainty,

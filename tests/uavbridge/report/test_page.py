@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planners.grid import Grid
+from planners.terrain import Terrain
 from uavbridge.report import figures, page
 from uavbridge.report.drawn import drawings, drawn
 from uavbridge.report.page import report_page, write_report
@@ -56,6 +57,18 @@ def test_the_report_needs_no_network_and_no_script(flown: MissionResult) -> None
     assert all(address.startswith("http://www.w3.org/") for address in addresses)  # XML names
     assert not re.search(r"url\((?!#)", text)
     assert "default-src 'none'" in text
+
+
+def test_flights_of_aircraft_are_drawn_in_space_and_over_time(flown: MissionResult) -> None:
+    turn = np.linspace(0.0, 3.0, 40)
+    track = np.column_stack((900.0 * np.sin(turn), 900.0 * np.cos(turn), 100.0 + 5.0 * turn))
+    tracks = {1: track, 2: track + 30.0, 3: track[:2], 4: np.zeros((0, 3))}
+    hills = Terrain(-1000.0, -1000.0, 50.0, np.zeros((41, 41)))
+    made = drawings(replace(flown, planes=True, tracks=tracks, terrain=hills))
+    assert {"space", "motion"} <= set(made)
+    reader = Reader(report_page(replace(flown, planes=True), made))
+    assert "Tracks in space over the terrain" in reader.text
+    assert "space" not in drawings(flown)
 
 
 def test_the_report_is_the_same_each_time(flown: MissionResult) -> None:
