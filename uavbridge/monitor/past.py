@@ -15,6 +15,7 @@ from uavbridge.bus.text import read
 from uavbridge.clock import to_s
 from uavbridge.recording.topics import EventRecord
 from uavbridge.recording.topics import decode as decode_record
+from uavbridge.thinned import keep
 
 MOST_EVENTS = 2000
 MOST_PLACES = 1800  # of one agent; then every other one goes
@@ -77,13 +78,11 @@ class Chronicle:
             point: the mission now.
             reports: of the agents whose position is known.
         """
-        self._points.append(point)
+        keep(self._points, point)
         for report in reports:
-            track = self._tracks.setdefault(report.agent, [])
-            if len(track) == MOST_PLACES:
-                track[:] = track[::2]
             x, y, z = report.position
-            track.append((to_s(point.t_us), round(x, 1), round(y, 1), round(z, 1)))
+            place = (to_s(point.t_us), round(x, 1), round(y, 1), round(z, 1))
+            keep(self._tracks.setdefault(report.agent, []), place, MOST_PLACES)
         for key, data in self._told.drain():
             agent = keys.agent_of(key.removesuffix("/event"))
             try:

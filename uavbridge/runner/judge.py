@@ -41,6 +41,7 @@ from uavbridge.report.alliances import PLANNER as ROSTERED
 from uavbridge.report.alliances import Rosters
 from uavbridge.runner import assemble
 from uavbridge.runner.separation import SeparationWatch
+from uavbridge.thinned import keep
 
 OVERTIME_S = 600.0  # for the way home after the time limit
 TOLD_S = 10.0  # between two tellings of what is flown, for monitors
@@ -221,19 +222,18 @@ class Judge:
                 if self.rosters is not None:
                     self.rosters.hear(frame)
         for report in self._placed():
-            self.tracks.setdefault(report.agent, []).append(report.position)
+            keep(self.tracks.setdefault(report.agent, []), report.position)
         if not self._simulated:
             self._separation_by_reports(t_us)
-        self.samples.append(
-            Sample(
-                t_us,
-                self.seen_share,
-                float(entropy(self.union.probability)),
-                float(uncertainty(self.union.probability)),
-                self.found,
-                self.separation.take_recent(),
-            )
+        now = Sample(
+            t_us,
+            self.seen_share,
+            float(entropy(self.union.probability)),
+            float(uncertainty(self.union.probability)),
+            self.found,
+            self.separation.take_recent(),
         )
+        keep(self.samples, now)
         self._chronicle.add(self._past_point(), self._placed())
         if self.verdict is not Verdict.FLYING and self._over_us is None:
             self._over_us = t_us
@@ -360,7 +360,7 @@ class Judge:
         return tuple(texts)
 
     def track(self, agent: int) -> F64:
-        """(k, 3) ENU m, one a second."""
+        """(k, 3) ENU m, one a second; of flights over two hours the older ones are sparser."""
         return np.array(self.tracks.get(agent, [])).reshape(-1, 3)
 
     def latest(self) -> Sample:
