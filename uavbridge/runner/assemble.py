@@ -32,7 +32,7 @@ from uavbridge.errors import ConfigError
 from uavbridge.rng import stream
 from uavbridge.safety.envelope import Braking, Envelope
 
-ROVER_BRAKING = Braking(brake_m_s2=2.0, latency_s=0.6)
+ROVER_BRAKING = Braking(brake_m_s2=2.0, latency_s=1.0)  # it has to turn before it drives away
 LAYER_CLEARANCE = 1.2  # between return heights, in separation distances
 HICCUP_S = 0.5  # wall time for which a busy machine may hold up a process
 WIRE_S = 0.03  # wall time from a position to the setpoint that answers it, on a busy machine
