@@ -41,7 +41,7 @@ def avoid(
     speed, course, climb = wings.parts(moving)
     _, left, up = wings.split(out, course, climb)
     left = np.clip(left, -wing.across_m_s2, wing.across_m_s2)
-    aimed = climb + np.clip(up, -wing.pull_m_s2, wing.pull_m_s2) / speed
+    aimed = climb + np.clip(up, -wing.pull_m_s2, wing.pull_m_s2) / np.maximum(speed, 1.0)
     aimed = np.clip(aimed, -wing.sink_rad, wing.climb_rad)
     own, _ = _gap(place, moving, left[:, None], aimed[:, None], terrain, wing, watch)
     blocked = own[:, 0] < 0.0

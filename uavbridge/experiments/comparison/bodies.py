@@ -95,8 +95,9 @@ class Vehicles:
         self._squads: list[tuple[I64, VehicleModel, Setpoints]] = []
         for kind in dict.fromkeys(kinds):
             rows = np.flatnonzero([each == kind for each in kinds])
+            heading = np.pi / 2.0 - np.radians(first.fleet.heading_deg)
             model = _model(kind, first)(
-                start[rows], np.full(len(rows), np.pi / 2.0), terrain=first.terrain()
+                start[rows], np.full(len(rows), heading), terrain=first.terrain()
             )
             asked = Setpoints.idle(len(rows))
             asked.motors[:] = True

@@ -29,7 +29,10 @@ from uavbridge.runner import assemble
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-COMPARED = ("goal_s", "coverage_s", "targets_found", "false_targets", "entropy")
+COMPARED = (
+    *("goal_s", "coverage_s", "targets_found", "false_targets", "entropy"),
+    *("min_separation_m", "polarisation"),
+)
 
 
 @dataclass(frozen=True, slots=True)

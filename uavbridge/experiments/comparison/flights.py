@@ -11,7 +11,7 @@ from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.bus.api import Bus
 from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.config import Mission
-from uavbridge.experiments.comparison.trial import Ages, Cell, Trial, Until, components
+from uavbridge.experiments.comparison.trial import Ages, Cell, Trial, Until, components, motion
 from uavbridge.radio.radio import Radio
 from uavbridge.recording.recorder import Recorder
 from uavbridge.runner.host import AgentHost
@@ -100,6 +100,7 @@ def _values(
     for agent in team:
         ages.heard(agent, hearings[agent].neighbours(t_us), t_s)
     here = np.array([judge.reports[agent].position for agent in team if agent in judge.reports])
+    going = np.array([judge.reports[agent].velocity for agent in team if agent in judge.reports])
     sent = sum(report.bytes_sent for report in judge.reports.values()) - sent_before
     return {
         "coverage": last.coverage,
@@ -109,6 +110,7 @@ def _values(
         "components": float(components(here, radio)),
         "age_s": ages.mean(t_s),
         "bytes_per_agent": sent / len(team),
+        **motion(here, going),
     }
 
 

@@ -28,7 +28,7 @@ from uavbridge.clock import SECOND_US, to_s, to_us
 from uavbridge.config import Mission
 from uavbridge.config.radio import radio_of
 from uavbridge.experiments.comparison.bodies import Bodies, Flock, Points, Vehicles
-from uavbridge.experiments.comparison.trial import Ages, Cell, Trial, Until, components
+from uavbridge.experiments.comparison.trial import Ages, Cell, Trial, Until, components, motion
 from uavbridge.rng import stream
 from uavbridge.runner import assemble
 from uavbridge.runner.control import CONTROL_US
@@ -163,6 +163,7 @@ class Search:
                 "components": float(components(self._position, self._radio)),
                 "age_s": self._ages.mean(t_s),
                 "bytes_per_agent": sent / len(self.team),
+                **motion(self._position, self._velocity),
             },
         )
 

@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from planners.flocking.starling import goals
 from planners.types import F64, Bools, Neighbours
 from uavbridge.config import Mission
 from uavbridge.radio.radio import Radio
@@ -23,6 +24,8 @@ CURVES = (
     "components",
     "age_s",
     "bytes_per_agent",
+    "separation_m",
+    "polarisation",
 )
 SAMPLES = 61  # points of a curve over the mission's time limit
 
@@ -37,7 +40,8 @@ class Trial:
         curves: by name, a value a sample: coverage (share of the cells seen), entropy and
             one-sided uncertainty (bit) of the union of maps, true targets declared, groups that
             can reach each other by radio, mean age of what is known of another agent's position,
-            bytes sent an agent.
+            bytes sent an agent; least distance of two vehicles (NaN: there is one) and how much all
+            fly one way (0 to 1).
         goal_s: when every target was declared and enough seen; NaN: never.
         covered_s: when enough was seen; NaN: never.
         declared: cells that some agent declared, and when it first did.
@@ -86,6 +90,8 @@ class Trial:
             "uncertainty": self.curves["uncertainty"][-1],
             "components": float(np.mean(self.curves["components"])),
             "age_s": float(np.mean(self.curves["age_s"])),
+            "min_separation_m": float(np.min(self.curves["separation_m"])),
+            "polarisation": self.curves["polarisation"][-1],
             "bytes_per_agent": self.curves["bytes_per_agent"][-1],
             "bytes_per_agent_s": self.curves["bytes_per_agent"][-1] / max(self.t_s[-1], 1.0),
         }
@@ -96,6 +102,12 @@ class Trial:
         place = np.searchsorted(self.t_s, at, side="right") - 1
         place = np.maximum(place, 0)
         return {name: np.array(values)[place] for name, values in self.curves.items()}
+
+
+def motion(position: F64, velocity: F64) -> dict[str, float]:
+    """Curves of how vehicles at positions (n, 3) m with velocities (n, 3) m/s fly together."""
+    apart = goals.separation(position) if len(position) > 1 else np.nan
+    return {"separation_m": float(apart), "polarisation": float(goals.polarisation(velocity))}
 
 
 def components(position: F64, radio: Radio) -> int:
