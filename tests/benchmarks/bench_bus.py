@@ -33,6 +33,7 @@ TICK_US = 500_000
 RANGE_M = 400.0
 STILL = (0.0, 0.0, 0.0)
 CELLS = bytes(10 * 25)
+LIMIT = 2.0  # CPU of the bus to that of raw zenoh, one agent a process
 MODES = {"raw zenoh": 1, "bus": 1, "bus, 10 agents": 10}
 
 
@@ -153,6 +154,8 @@ def main(ticks: int = 300) -> None:
             sending, receiving = 1e6 * sent_s / (ticks * SENDERS), 1e6 * received_s / max(came, 1)
             print(f"{mode:16s}{sending:26.1f}{receiving:10.1f}{each:16.1f}{each / yardstick:14.2f}")
             print(f"{'':16s}{came} of {ticks * SENDERS + SENDERS} samples came")
+            if MODES[mode] == 1 and each > LIMIT * yardstick:
+                sys.exit(f"the bus costs more than {LIMIT:g} times raw zenoh")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from msgspec.structs import replace
 
 from uavbridge.bus import keys
 from uavbridge.bus.channel import Channel
+from uavbridge.bus.traffic import Traffic
 from uavbridge.bus.wire import (
     WAITED_LIMIT_S,
     Beacon,
@@ -25,13 +26,11 @@ class Air(Channel[Frame]):
 
     _what = "frame"
 
-    def send(self, message: Frame) -> int:
-        traffic = self.traffic[message.sender]
-        before, size = traffic.frames_sent, super().send(message)
-        if traffic.frames_sent > before:
-            told = len(message.cells) + sum(probe.size for probe in message.probes)
-            traffic.map_bytes_sent += told
-        return size
+    @staticmethod
+    def _note(message: Frame, traffic: Traffic) -> None:
+        traffic.map_bytes_sent += len(message.cells)
+        for probe in message.probes:
+            traffic.map_bytes_sent += probe.size
 
     @staticmethod
     def _waited(message: Frame, waited_s: float) -> Frame:

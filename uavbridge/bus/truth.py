@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Sequence
 
@@ -15,6 +16,7 @@ from uavbridge.bus.messages import decode_truth
 from uavbridge.bus.wire import Vector
 
 MEMORY = 256  # samples
+_ROWS = 16
 
 
 class TruthTrack:
@@ -43,6 +45,8 @@ class TruthTrack:
         self._times = np.zeros(2 * memory, np.int64)
         self._positions = np.zeros((2 * memory, 0, 3))
         self._count = 0
+        self._stamps: list[int] = []  # the times again, for single look-ups
+        self._rows: dict[int, list[list[float]]] = {}  # and some of the positions
 
     def add(self, t_us: int, ids: Sequence[int], positions: npt.ArrayLike) -> None:
         """Note where the vehicles are; a sample older than the newest is dropped.
@@ -60,12 +64,18 @@ class TruthTrack:
             self.row = {agent: i for i, agent in enumerate(self.ids)}
             self._positions = np.zeros((2 * self._memory, len(self.ids), 3))
             self._count = 0
+            self._stamps.clear()
+            self._rows.clear()
         elif t_us == newest_us:
             self._count -= 1
+            self._stamps.pop()
+            self._rows.pop(t_us, None)
         elif self._count == 2 * self._memory:
             self._times[: self._memory] = self._times[self._memory :]
             self._positions[: self._memory] = self._positions[self._memory :]
             self._count = self._memory
+            del self._stamps[: self._memory]
+        self._stamps.append(t_us)
         self._times[self._count] = t_us
         self._positions[self._count] = positions
         self._count += 1
@@ -108,6 +118,42 @@ class TruthTrack:
         gap = np.maximum(times[after] - times[before], 1)
         share = np.minimum(np.maximum((t_us - times[before]) / gap, 0.0), 1.0)[:, None, None]
         return positions[before] + share * (positions[after] - positions[before]), inside
+
+    def two(
+        self, t_us: int, one: int, other: int
+    ) -> tuple[Sequence[float] | None, Sequence[float] | None, bool]:
+        """Like ``when`` for two vehicles at one time; None for one that is not known.
+
+        Raises:
+            LookupError: nothing is known at all.
+        """
+        stamps = self._stamps
+        if not stamps:
+            raise LookupError("no true position is known yet")
+        after = min(bisect_left(stamps, t_us), len(stamps) - 1)
+        before = max(after - 1, 0)
+        gap = max(stamps[after] - stamps[before], 1)
+        share = min(max((t_us - stamps[before]) / gap, 0.0), 1.0)
+        start, end = self._at_sample(before), self._at_sample(after)
+        places: list[Vector | None] = []
+        for agent in (one, other):
+            row = self.row.get(agent)
+            if row is None:
+                places.append(None)
+                continue
+            (x, y, z), (u, v, w) = start[row], end[row]
+            places.append((x + share * (u - x), y + share * (v - y), z + share * (w - z)))
+        return places[0], places[1], stamps[0] <= t_us <= stamps[-1]
+
+    def _at_sample(self, index: int) -> list[list[float]]:
+        """Positions of all vehicles as plain numbers."""
+        stamp = self._stamps[index]
+        rows = self._rows.get(stamp)
+        if rows is None:
+            if len(self._rows) >= _ROWS:
+                self._rows.clear()
+            rows = self._rows[stamp] = self._positions[index].tolist()
+        return rows
 
     def at(self, t_us: int, agent: int) -> Vector | None:
         """True position of one vehicle (ENU m) at one time; None when not known."""

@@ -28,6 +28,7 @@ DIGESTS_LIMIT = 16  # of one probe
 WAITED_LIMIT_S = 65.0
 
 _HEAD = Struct("<2sBB")
+_HEAD_OF_ALL = MAGIC + bytes((VERSION,))
 _FRAME = Struct("<2sBBIIHBBHHq3f3fII")
 HEAD_BYTES = _FRAME.size  # of a frame without payload, probes and cells
 _TICK_AND_SENDER = Struct("<IH")
@@ -248,7 +249,9 @@ def _check_state(x: float, y: float, z: float, vx: float, vy: float, vz: float) 
 
 
 def _frame(data: bytes) -> Frame:
-    check_head(data, _FRAME.size, _FRAME_KINDS)
+    # ``check_head`` and the like are written out: this runs for every frame that arrives
+    if len(data) < _FRAME.size or data[:3] != _HEAD_OF_ALL or data[3] not in _FRAME_KINDS:
+        check_head(data, _FRAME.size, _FRAME_KINDS)
     # fmt: off
     (_, _, kind, mission, tick, sender, rule, count, payload_size, waited_ms,
      t_us, x, y, z, vx, vy, vz, root, cells_size) = _FRAME.unpack_from(data)
@@ -260,8 +263,10 @@ def _frame(data: bytes) -> Frame:
     probes: tuple[Probe, ...] = ()
     if count:
         probes, start = _probes(data, start, count)
-    check_length(data, start + cells_size)
-    check_time(t_us)
+    if len(data) != start + cells_size:
+        raise MalformedError("length")
+    if not 0 <= t_us <= TIME_LIMIT_US:
+        raise MalformedError("time")
     _check_state(x, y, z, vx, vy, vz)
     return Frame(
         _FRAME_KINDS[kind],
@@ -276,7 +281,7 @@ def _frame(data: bytes) -> Frame:
         mission,
         root,
         probes,
-        waited_ms / 1000.0,
+        waited_ms / 1000.0 if waited_ms else 0.0,
     )
 
 

@@ -6,9 +6,10 @@ on the order of arrival: chance is drawn by (seed, sender, receiver, tick).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from math import inf, isfinite
+from math import inf, isfinite, sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -64,6 +65,7 @@ class Radio:
         longest_m: range of the longest link.
         needs_positions: whether a verdict depends on where anybody is.
         delivers_at_once: whether what is delivered is so as soon as it has arrived.
+        only_range: whether nothing but distance decides.
 
     Raises:
         ValueError: a number is out of its bounds.
@@ -77,6 +79,7 @@ class Radio:
     longest_m: float = field(init=False, repr=False, compare=False)
     needs_positions: bool = field(init=False, repr=False, compare=False)
     delivers_at_once: bool = field(init=False, repr=False, compare=False)
+    only_range: bool = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         quality = replace(self.quality, range_m=self.range_m)
@@ -87,6 +90,7 @@ class Radio:
             ("longest_m", max(ranges)),
             ("needs_positions", isfinite(min(ranges))),
             ("delivers_at_once", not slow and not any(link.slows for link in self.links)),
+            ("only_range", not (slow or self.links or quality.loss or quality.burst_enter)),
         ):
             object.__setattr__(self, name, value)
 
@@ -108,6 +112,11 @@ class Radio:
             (...) bools. A position that is not a number reaches nobody.
         """
         return _within(sender, receivers, np.array(self.range_m))
+
+    def reaches_one(self, sender: Sequence[float], receiver: Sequence[float]) -> bool:
+        """``reaches`` for one link, (3,) ENU m each."""
+        x, y, z = sender[0] - receiver[0], sender[1] - receiver[1], sender[2] - receiver[2]
+        return sqrt(x * x + y * y + z * z) <= self.range_m or not self.needs_positions
 
     def judge(self, sent: Transmissions, receiver: I64, position: F64) -> npt.NDArray[np.uint8]:
         """The verdict on each transmission at each receiver.

@@ -461,6 +461,36 @@ class TestScreening(LocalSessions):
             assert len(air.receive({1: STILL}, tick * SECOND)[1]) == 1
 
 
+class TestOneByOne(LocalSessions):
+    """A process of one agent judges frames one by one, one of several all at once."""
+
+    @pytest.mark.parametrize("known", [True, False])
+    def test_one_agent_hears_what_it_would_among_others(self, known: bool) -> None:
+        rng, radio = stream(8, "flights"), Radio(150.0)
+        bus, logs = self.session(), ([], [])
+        truths = [TruthTrack(), TruthTrack()]
+        pair = [
+            Air(
+                bus, radio, agents, truth=truth if known else None,
+                log=lambda i, data, heard, why, log=log: log.append((i, data, heard, why)),
+            )
+            for agents, truth, log in zip(([1], [1, 9]), truths, logs, strict=True)
+        ]  # fmt: skip
+        source = Air(bus, radio, range(1, 6))
+        for tick in range(40):
+            spots = rng.uniform(0, 200, (6, 3))
+            for truth in truths:
+                truth.add(tick * SECOND, (1, 2, 3, 4, 5, 9), spots)
+            for i in range(1, 6):
+                source.send(frame(i, tuple(spots[i - 1] + 30.0), tick * SECOND, tick))
+            places = {1: tuple(spots[0] - 30.0), 9: tuple(spots[5])}
+            alone, among = (air.receive(places, tick * SECOND + 1) for air in pair)
+            assert alone[1] == among[1]
+        assert logs[0] == [row for row in logs[1] if row[0] == 1]
+        assert pair[0].traffic[1] == pair[1].traffic[1]
+        assert pair[0].traffic[1].dropped["out of range"] > 20
+
+
 class TestEther(LocalSessions):
     """Experiments and missions: the same radio, the same deliveries."""
 

@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from uavbridge.bus.local import LocalHub
 from uavbridge.bus.messages import Truth, encode_truth
@@ -64,3 +66,16 @@ def test_it_follows_the_bus_and_counts_what_it_cannot_read() -> None:
     assert truth.newest_us == 5
     assert truth.rejects["future"] == 1
     assert truth.rejects.total() == 2
+
+
+@given(st.lists(st.integers(0, 40), min_size=1, max_size=30), st.integers(-3, 45))
+def test_two_at_one_time_are_as_all_at_many_times(stamps: list[int], t_us: int) -> None:
+    track, rng = TruthTrack(memory=4), np.random.default_rng(len(stamps))
+    for stamp in sorted(stamps):
+        track.add(stamp, (3, 5, 8), rng.normal(0, 100, (3, 3)))
+    positions, inside = track.when(np.array([t_us]))
+    five, none, known = track.two(t_us, 5, 4)
+    assert none is None
+    assert known == bool(inside[0])
+    assert list(five or ()) == positions[0, 1].tolist()
+    assert list(track.two(t_us, 4, 8)[1] or ()) == positions[0, 2].tolist()
