@@ -280,7 +280,7 @@ class Autopilot:
         """
         if not may_change and self.status.mode[i] != Mode.HOLD:
             return Refusal("", for_good=True)
-        if not self.status.armed[i] or self.status.landed[i]:
+        if not self.status.armed[i] or (self.status.landed[i] and not self.legs.grounded):
             return Refusal("Reposition denied: not in the air")
         reason = why_not_change(self, i, Mode.HOLD)
         if reason is not None:

@@ -27,6 +27,8 @@ _INFO: Final = 6
 class DrivenLegs(Legs):
     """Legs of vehicles that are always on the ground, and always may move when armed."""
 
+    grounded = True
+
     def __init__(self, status: Status, states: States, parameters: Parameters) -> None:
         super().__init__(status, states, parameters)
         self._height = np.full(len(status.mode), inf)  # arrival is a matter of x and y

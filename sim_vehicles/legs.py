@@ -44,7 +44,10 @@ class Legs:
         setpoints: what the vehicle model is asked for.
         followers: vehicles that follow setpoints.
         due_us: (n,) when a vehicle's pause ends; ``ALWAYS_LATER``: it has none.
+        grounded: these vehicles never fly.
     """
+
+    grounded = False
 
     def __init__(self, status: Status, states: States, parameters: Parameters) -> None:
         n = len(status.mode)

@@ -41,7 +41,7 @@ class ArduPilot(Autopilot):
 
     @property
     def _drives(self) -> bool:
-        return self.craft.kind == "rover"
+        return self.legs.grounded
 
     # -- what happens by itself --------------------------------------------------------
 

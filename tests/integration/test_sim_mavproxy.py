@@ -67,19 +67,27 @@ class Console:
             self.process.wait()
 
 
-def test_parameters_waypoints_and_arming(tmp_path):
+@pytest.mark.parametrize(
+    ("face", "name", "default", "mode"),
+    [
+        (("--speed", "5"), "MIS_TAKEOFF_ALT", "2.5", "MISSION"),
+        (("--speed", "10", "--autopilot", "ardupilot"), "RTL_ALT_FINAL", "0.0", "GUIDED"),
+    ],
+    ids=["px4", "ardupilot"],
+)
+def test_parameters_waypoints_modes_and_arming(tmp_path, face, name, default, mode):
     (tmp_path / "wp.txt").write_text(WAYPOINTS)
-    with simulator("--speed", "5") as sim:
+    with simulator(*face) as sim:
         console = Console(sim.port, tmp_path)
         try:
             console.wait("online system 1")
             console.wait("Received ")
-            console.type("param show MIS_TAKEOFF_ALT")
-            console.wait("MIS_TAKEOFF_ALT")
-            console.wait("2.5")
-            console.type("param set MIS_TAKEOFF_ALT 6")
+            console.type(f"param show {name}")
+            console.wait(name)
+            console.wait(default)
+            console.type(f"param set {name} 6")
             time.sleep(1)
-            console.type("param show MIS_TAKEOFF_ALT")
+            console.type(f"param show {name}")
             console.wait("6.0")
             console.type("wp load wp.txt")
             console.wait("Sent all 3 waypoints")
@@ -87,6 +95,8 @@ def test_parameters_waypoints_and_arming(tmp_path):
             time.sleep(3)  # it mixes up a list with a load before
             console.type("wp list")
             console.wait("22 3 47.3977420000 8.5455940000 10.000000")
+            console.type(f"mode {mode}")
+            console.wait(f"Mode {mode}")
             console.type("arm throttle")
             console.wait("COMPONENT_ARM_DISARM: ACCEPTED")
         finally:

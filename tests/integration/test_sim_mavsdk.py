@@ -11,6 +11,13 @@ pytest.importorskip("mavsdk.asyncio")
 
 from mavsdk.asyncio import ComponentType, Configuration, Mavsdk
 from mavsdk.asyncio.plugins.action import ActionAsync, ActionError
+from mavsdk.asyncio.plugins.geofence import (
+    FenceType,
+    GeofenceAsync,
+    GeofenceData,
+    Point,
+    Polygon,
+)
 from mavsdk.asyncio.plugins.info import InfoAsync
 from mavsdk.asyncio.plugins.mission_raw import MissionItem, MissionRawAsync
 from mavsdk.asyncio.plugins.offboard import OffboardAsync, PositionNedYaw, VelocityNedYaw
@@ -20,6 +27,13 @@ from mavsdk.asyncio.plugins.telemetry import FlightMode, LandedState, TelemetryA
 from tests.integration.simulator import simulator
 
 pytestmark = pytest.mark.integration
+PX4: tuple[str, ...] = ()
+# An ArduPilot that streams unasked, as one whose ground station once asked for it.
+ARDUPILOT = (
+    *("--autopilot", "ardupilot", "--speed", "12"),
+    *("--param", "SR0_POSITION=10", "--param", "SR0_EXT_STAT=4", "--param", "SR0_EXTRA1=4"),
+)
+both_faces = pytest.mark.parametrize("face", [PX4, ARDUPILOT], ids=["px4", "ardupilot"])
 
 
 async def until(values: AsyncIterator[Any], accept: Callable[[Any], bool], within_s: float = 20.0):
@@ -44,6 +58,7 @@ class Drone:
 
     def __init__(self, system: Any) -> None:
         self.action = ActionAsync(system)
+        self.geofence = GeofenceAsync(system)
         self.info = InfoAsync(system)
         self.mission = MissionRawAsync(system)
         self.offboard = OffboardAsync(system)
@@ -118,11 +133,12 @@ def test_health_identity_and_parameters():
     fly(flight)
 
 
-def test_takeoff_goto_and_land():
+@both_faces
+def test_takeoff_goto_and_land(face):
     async def flight(drone: Drone) -> None:
         await drone.up(8.0)
         assert await drone.telemetry.in_air()
-        with pytest.raises(ActionError, match="DENIED"):
+        with pytest.raises(ActionError, match="FAILED" if face else "DENIED"):
             await drone.action.disarm()
         await drone.action.goto_location(47.397922, 8.545594, 488.0 + 12.0, 0.0)
         await until(drone.telemetry.subscribe_position_velocity_ned(), near((20.0, 0.0, -12.0)), 40)
@@ -132,10 +148,11 @@ def test_takeoff_goto_and_land():
         await drone.mode(FlightMode.LAND)
         await drone.down()
 
-    fly(flight)
+    fly(flight, *face)
 
 
-def test_offboard_position_velocity_and_return():
+@both_faces
+def test_offboard_position_velocity_and_return(face):
     async def flight(drone: Drone) -> None:
         await drone.up(6.0)
         await drone.offboard.set_position_ned(PositionNedYaw(15.0, -10.0, -8.0, 90.0))
@@ -155,10 +172,11 @@ def test_offboard_position_velocity_and_return():
         await drone.down()
         await until(moves(), near((0.0, 0.0, 0.0)))
 
-    fly(flight)
+    fly(flight, *face)
 
 
-def test_missions_go_up_come_down_and_are_flown():
+@both_faces
+def test_missions_go_up_come_down_and_are_flown(face):
     def item(seq: int, command: int, north_m: float, height_m: float) -> MissionItem:
         latitude = round((47.397742 + north_m / 111_170) * 1e7)
         first = 1 if seq == 0 else 0
@@ -167,18 +185,18 @@ def test_missions_go_up_come_down_and_are_flown():
         )
 
     takeoff, waypoint = 22, 16
-    items = [
-        item(0, takeoff, 0.0, 10.0),
-        item(1, waypoint, 15.0, 10.0),
-        item(2, waypoint, 30.0, 12.0),
-    ]
+    rows = [(takeoff, 0.0, 10.0), (waypoint, 15.0, 10.0), (waypoint, 30.0, 12.0)]
+    if face:  # ArduPilot's first item is home
+        rows.insert(0, (waypoint, 0.0, 0.0))
+    items = [item(seq, *row) for seq, row in enumerate(rows)]
 
     async def flight(drone: Drone) -> None:
         await drone.ready()
         await drone.mission.upload_mission(items)
         back = await drone.mission.download_mission()
-        assert [(i.seq, i.command, i.x, i.y, i.z) for i in back] == [
-            (i.seq, i.command, i.x, i.y, i.z) for i in items
+        first = 1 if face else 0  # its home is where it stands
+        assert [(i.seq, i.command, i.x, i.y, i.z) for i in back[first:]] == [
+            (i.seq, i.command, i.x, i.y, i.z) for i in items[first:]
         ]
         await drone.action.arm()
         await drone.mission.start_mission()
@@ -187,11 +205,55 @@ def test_missions_go_up_come_down_and_are_flown():
             drone.telemetry.subscribe_position_velocity_ned(), near((30.0, 0.0, -12.0), 2.0), 40
         )
         await drone.mission.clear_mission()
-        assert list(await drone.mission.download_mission()) == []
+        left = list(await drone.mission.download_mission())
+        assert len(left) == first  # MAVSDK leaves ArduPilot its home
         await drone.action.land()
         await drone.down()
 
-    fly(flight)
+    fly(flight, *face)
+
+
+@both_faces
+def test_geofences_hold_it_back(face):
+    """A square of 60 m about home, and an order to leave it."""
+
+    def corner(north_m: float, east_m: float) -> Point:
+        return Point(47.397742 + north_m / 111_170, 8.545594 + east_m / 75_300)
+
+    corners = [corner(-30, -30), corner(30, -30), corner(30, 30), corner(-30, 30)]
+    fence = GeofenceData([Polygon(corners, FenceType.INCLUSION)], [])
+    action = "GF_ACTION" if not face else "FENCE_ACTION"
+
+    async def flight(drone: Drone) -> None:
+        await drone.ready()
+        await drone.geofence.upload_geofence(fence)
+        await drone.param.set_param_int(action, 1 if face else 3)  # return
+        if face:
+            await drone.param.set_param_int("FENCE_ENABLE", 1)
+        await drone.up(8.0)
+        await drone.action.goto_location(47.397742 + 80 / 111_170, 8.545594, 488.0 + 8.0, 0.0)
+        await drone.mode(FlightMode.RETURN_TO_LAUNCH)
+        await drone.down()
+        await drone.geofence.clear_geofence()
+
+    fly(flight, *face)
+
+
+def test_a_rover_goes_where_it_is_told():
+    async def flight(drone: Drone) -> None:
+        await drone.ready()
+        await drone.action.arm()
+        await drone.action.goto_location(47.397922, 8.545594, 488.0, 0.0)
+        moves = drone.telemetry.subscribe_position_velocity_ned
+        await until(moves(), near((20.0, 0.0, 0.0), 1.0))
+        await drone.offboard.set_velocity_ned(VelocityNedYaw(0.0, 3.0, 0.0, 90.0))
+        await drone.offboard.start()
+        await until(moves(), lambda m: abs(m.velocity.east_m_s - 3.0) < 0.2)
+        await drone.offboard.stop()
+        await drone.action.return_to_launch()
+        await drone.down()
+
+    fly(flight, "--kind", "rover")
 
 
 def test_many_vehicles_on_one_port_are_all_found():
