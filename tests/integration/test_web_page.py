@@ -390,7 +390,7 @@ def test_markup_on_the_bus_is_text_on_the_page(browser):
     bus = LocalHub().bus()
     source = Live(bus, EVIL)
     for agent, changes in (
-        (1, {"note": EVIL, "mode": EVIL, "phase": EVIL}),
+        (1, {"note": EVIL, "mode": EVIL, "phase": EVIL, "dropped": {EVIL: 3}}),
         (2, {"failure": EVIL}),
     ):
         bus.publish(keys.state(agent), encode(_report(agent, 1_000_000, **changes)))
@@ -410,6 +410,7 @@ def test_markup_on_the_bus_is_text_on_the_page(browser):
         assert EVIL in text_of(browser, "#log")
         assert EVIL in text_of(browser, "#agents tbody tr:nth-child(2)")
         assert EVIL in text_of(browser, "#about")
+        assert f"frames not heard: 3 {EVIL[:40]}" in text_of(browser, "#radio")
         assert text_of(browser, "#name") == EVIL
         assert browser.evaluate("document.querySelectorAll('img, #evil, script').length") == 1
         assert browser.evaluate("window.__pwned") is None

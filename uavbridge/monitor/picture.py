@@ -66,9 +66,17 @@ def _scores(watch: MissionWatch) -> list[Text]:
         Text(
             f"closest {number(watch.separation.closest, 'm')}   radio {count(last.frames_sent)} "
             f"frames {data_size(last.bytes_sent)} sent, {data_size(last.bytes_heard)} heard"
+            f"{_unheard(watch)}"
         ),
         Text(""),
     ]
+
+
+def _unheard(watch: MissionWatch) -> str:
+    """Frames that the radio did not deliver, by reason."""
+    dropped = watch.dropped()
+    told = ", ".join(f"{count(number)} {plain(why)}" for why, number in dropped.most_common())
+    return f", not heard {told}" if told else ""
 
 
 def _table(

@@ -171,6 +171,13 @@ class MissionWatch:
         pairs = {(min(a, b), max(a, b)) for a, others in hears.items() for b in others}
         return sorted(pairs)
 
+    def dropped(self) -> Counter[str]:
+        """Frames that the radio did not deliver, by reason, over all agents."""
+        total = Counter[str]()
+        for agent in self.agents.values():
+            total.update({} if agent.report is None else agent.report.dropped)
+        return total
+
     def memberships(self) -> dict[int, Membership]:
         """By agent, what it belongs to by its own word; those that are in no group are left out."""
         if self.facts is None:

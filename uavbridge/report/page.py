@@ -7,6 +7,7 @@ Every text that comes from a mission, an agent or a vehicle goes through
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from uavbridge.report.drawn import Drawn
 
 REPORT_NAME, SUMMARY_NAME, FIGURES_NAME = "report.html", "summary.json", "figures"
+MOST_EVENTS = 500  # on paper
 FIGURES = ("map", "progress", "separation", "radio")  # as ``drawn.drawings`` makes them
 
 
@@ -46,7 +48,7 @@ def report_page(result: MissionResult, drawn: Mapping[str, Drawn]) -> str:
         _section("Flight", _flight(drawn)),
         _section("Targets", _targets(result)),
         _section("Separation", _figure(drawn["separation"].svg, _SEPARATION_CAPTION)),
-        _section("Radio", _figure(drawn["radio"].svg, _RADIO_CAPTION)),
+        _section("Radio", _figure(drawn["radio"].svg, _RADIO_CAPTION) + _accounts(result.agents)),
         _section("Agents", _agents(result.agents)),
         _section("Events", _events(result)),
         _section("How to repeat", _repeat(result)),
@@ -195,11 +197,40 @@ def _agents(agents: Sequence[AgentResult]) -> str:
     return _table(head, rows, numeric=True)
 
 
+def _accounts(agents: Sequence[AgentResult]) -> str:
+    """What became of the frames: offered, sent, heard, and by reason what was not."""
+    frames, sizes = Counter[str](), Counter[str]()
+    rejected = Counter[str]()
+    for agent in agents:
+        frames.update(agent.dropped)
+        sizes.update(agent.dropped_bytes)
+        rejected |= Counter(agent.rejected)  # agents of one process have one count
+    sent, heard = sum(a.frames_sent for a in agents), sum(a.frames_heard for a in agents)
+    offered = sum(a.bytes_offered for a in agents)
+    rows = [
+        ("offered by the agents", "", data_size(offered)) if offered else None,
+        ("sent", count(sent), data_size(sum(a.bytes_sent for a in agents))),
+        ("heard, once for each that heard it", count(heard), data_size(_heard(agents))),
+        *(
+            (f"not heard: {why}", count(n), data_size(sizes[why]))
+            for why, n in frames.most_common()
+        ),
+        *((f"rejected: {why}", count(n), "") for why, n in rejected.most_common()),
+    ]
+    return _table(("frames", "number", "bytes"), [row for row in rows if row], numeric=True)
+
+
+def _heard(agents: Sequence[AgentResult]) -> int:
+    return sum(agent.bytes_heard for agent in agents)
+
+
 def _events(result: MissionResult) -> str:
     rows = [
         (duration(event.t_s), "-" if event.agent is None else str(event.agent), event.text)
-        for event in result.events
+        for event in result.events[:MOST_EVENTS]
     ]
+    if more := len(result.events) - len(rows):
+        rows.append(("", "", f"and {count(more)} more: in the recording"))
     return _table(("time (min:s)", "agent", "what"), rows, numeric=False) if rows else ""
 
 

@@ -37,6 +37,7 @@ def watched(agents=10, note="to cell 4,5", seen=True):
             velocity=(0.0, 0.0, 0.0), heading=0.0, armed=True, in_air=True, battery=0.5,
             neighbours=1, note=note, distance_m=5.0,
             declared=[(4, 5, 4 * SECOND)] if agent == 2 else [],
+            dropped={"loss": 2, "out of range": agent},
         )  # fmt: skip
         watch.apply(Sample(keys.state(agent), encode(report)))
     if seen:
@@ -60,7 +61,15 @@ def test_the_screen_fits(width, height, agents):
 
 def test_eighty_by_twenty_four_shows_everything_of_ten_agents():
     text = "\n".join(line.plain for line in picture(watched(), Choice(), 80, 24))
-    for word in ("liu2022", "esustpm", "0:07", "targets 1 declared", "pause to all", "q quit"):
+    for word in (
+        "liu2022",
+        "esustpm",
+        "0:07",
+        "not heard 55 out of range",
+        "targets 1 declared",
+        "pause to all",
+        "q quit",
+    ):
         assert word in text
     for agent in range(1, 11):
         assert f"{agent:3d} search   OFFBOARD" in text

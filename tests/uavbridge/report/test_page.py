@@ -171,3 +171,24 @@ def test_gaps_in_the_series_are_drawn_as_gaps(flown: MissionResult) -> None:
         flown, series=replace(flown.series, separation_m=np.full(len(flown.series.t_s), np.nan))
     )
     assert "<svg" in drawn("s", figures.separation_figure(silent), "s").svg
+
+
+def test_what_the_radio_lost_is_told_by_reason(flown: MissionResult) -> None:
+    agents = tuple(
+        replace(
+            agent,
+            bytes_offered=95_000,
+            dropped={"out of range": 1200, "loss": 3},
+            dropped_bytes={"out of range": 120_000, "loss": 300},
+            rejected={"future": 2},
+        )
+        for agent in flown.agents
+    )
+    text = page._accounts(agents)
+    for row in (
+        'offered by the agents</td><td></td><td class="n">285 kB',
+        'not heard: out of range</td><td>3,600</td><td class="n">360 kB',
+        'not heard: loss</td><td>9</td><td class="n">900 B',
+        "rejected: future</td><td>2<",
+    ):
+        assert row in text

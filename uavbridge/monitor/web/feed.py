@@ -27,6 +27,7 @@ UNION = 0  # stands for all agents where maps are told
 TRACK_POINTS = 900  # of one vehicle that a new page is told
 FIRST_EVENTS = 500
 LONGEST_TEXT = 300
+MOST_REASONS = 20
 _log = logging.getLogger(__name__)
 _ENCODE = msgspec.json.Encoder().encode
 Words = npt.NDArray[np.uint32]
@@ -296,4 +297,6 @@ def _row(agent: Watched) -> Row:
         bytes_sent=report.bytes_sent,
         bytes_heard=report.bytes_heard,
         declared=[(column, row) for column, row, _ in report.declared],
+        bytes_offered=report.bytes_offered,
+        dropped={why[:40]: number for why, number in list(report.dropped.items())[:MOST_REASONS]},
     )

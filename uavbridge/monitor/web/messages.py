@@ -67,6 +67,8 @@ class Row(Struct, frozen=True):
     bytes_sent: int
     bytes_heard: int
     declared: list[tuple[int, int]]
+    bytes_offered: int = 0
+    dropped: dict[str, int] = {}  # frames that it did not hear, by reason
 
 
 class Event(Struct, frozen=True):

@@ -3,7 +3,7 @@
 import { Link } from "./link.js";
 import { MapView } from "./map.js";
 import { Orders, offer } from "./orders.js";
-import { Agents, Log, legend } from "./panels.js";
+import { Agents, Log, Radio, legend } from "./panels.js";
 import { Plots } from "./plots.js";
 import { State, clockText } from "./state.js";
 import { TERRAIN } from "./grounds.js";
@@ -48,6 +48,7 @@ const views = {
 };
 const plots = new Plots($("#plots"), state, (t) => timeline.seek(t));
 const agents = new Agents($("#agents table"), state, (id) => choose(id === chosen ? 0 : id));
+const radio = new Radio($("#radio"), state);
 const log = new Log($("#log"), state);
 const drawLegend = legend($("#legend"), state, () => options.layer);
 let legendOf = -1;
@@ -158,6 +159,7 @@ function panels() {
   orders.draw();
   timeline.draw();
   agents.draw(chosen);
+  radio.draw(chosen);
   log.draw();
   if (state.changed.points) plots.dirty = true;
   state.changed.points = false;

@@ -2,6 +2,7 @@
 
 import { agentColour, beliefColours, theme, whenThemeChanges } from "./colours.js";
 import { layerColours } from "./grounds.js";
+import { bytesText } from "./plots.js";
 import { clockText } from "./state.js";
 
 const LOG_LINES = 400;
@@ -54,6 +55,29 @@ export class Agents {
     this.body.insertBefore(row, after === undefined ? null : this.rows.get(after));
     this.rows.set(id, row);
     return row;
+  }
+}
+
+// What became of the frames, all agents together, or the one that is chosen.
+export class Radio {
+  constructor(element, state) {
+    Object.assign(this, { element, state });
+  }
+
+  draw(chosen) {
+    const rows = [...this.state.rows.values()].filter((row) => !chosen || row.id === chosen);
+    const sum = (of) => rows.reduce((total, row) => total + of(row), 0);
+    const lost = new Map();
+    for (const row of rows) {
+      for (const [why, number] of Object.entries(row.dropped ?? {})) lost.set(why, (lost.get(why) ?? 0) + number);
+    }
+    const parts = [`${bytesText(sum((row) => row.bytes_sent))} sent`, `${bytesText(sum((row) => row.bytes_heard))} heard`];
+    const offered = sum((row) => row.bytes_offered ?? 0);
+    if (offered) parts.unshift(`${bytesText(offered)} offered`);
+    const reasons = [...lost].sort((a, b) => b[1] - a[1]).map(([why, number]) => `${number.toLocaleString("en")} ${why}`);
+    const missed = reasons.length ? `; frames not heard: ${reasons.join(", ")}` : "";
+    const text = rows.length ? `Radio: ${parts.join(", ")}${missed}` : "";
+    if (this.element.textContent !== text) this.element.textContent = text;
   }
 }
 
