@@ -73,6 +73,7 @@ def test_eighty_by_twenty_four_shows_everything_of_ten_agents():
         assert word in text
     for agent in range(1, 11):
         assert f"{agent:3d} search   OFFBOARD" in text
+    assert "not heard 55 out" in text
     assert text.count("to cell 4,5") == 10
     assert "()" in text  # the declared cell
     assert "██" in text  # a cell that surely holds a target
