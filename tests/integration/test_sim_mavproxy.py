@@ -68,14 +68,18 @@ class Console:
 
 
 @pytest.mark.parametrize(
-    ("face", "name", "default", "mode"),
+    ("face", "name", "default", "command", "mode"),
     [
-        (("--speed", "5"), "MIS_TAKEOFF_ALT", "2.5", "MISSION"),
-        (("--speed", "10", "--autopilot", "ardupilot"), "RTL_ALT_FINAL", "0.0", "GUIDED"),
+        # its own "mode" command knows no numbers of PX4's
+        (("--speed", "5"), "MIS_TAKEOFF_ALT", "2.5", "long DO_SET_MODE 1 4 4", "MISSION"),
+        (
+            ("--speed", "10", "--autopilot", "ardupilot"),
+            *("RTL_ALT_FINAL", "0.0", "mode GUIDED", "GUIDED"),
+        ),
     ],
     ids=["px4", "ardupilot"],
 )
-def test_parameters_waypoints_modes_and_arming(tmp_path, face, name, default, mode):
+def test_parameters_waypoints_modes_and_arming(tmp_path, face, name, default, command, mode):
     (tmp_path / "wp.txt").write_text(WAYPOINTS)
     with simulator(*face) as sim:
         console = Console(sim.port, tmp_path)
@@ -95,7 +99,7 @@ def test_parameters_waypoints_modes_and_arming(tmp_path, face, name, default, mo
             time.sleep(3)  # it mixes up a list with a load before
             console.type("wp list")
             console.wait("22 3 47.3977420000 8.5455940000 10.000000")
-            console.type(f"mode {mode}")
+            console.type(command)
             console.wait(f"Mode {mode}")
             console.type("arm throttle")
             console.wait("COMPONENT_ARM_DISARM: ACCEPTED")
