@@ -12,10 +12,11 @@ from typing import Protocol
 
 import numpy as np
 
+from planners.terrain import Terrain
 from planners.types import F64, I64, FlySegment, FlyVelocity, Setpoint
 from sim_vehicles.crafts import CRAFTS
 from sim_vehicles.dynamics import MODELS, MakeModel, Setpoints, VehicleModel, Wind, WindSpec
-from uavbridge.agent.guidance import wanted
+from uavbridge.agent.guidance import over_ground, wanted
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.bus.wire import Vector
 from uavbridge.clock import to_s
@@ -53,17 +54,26 @@ class Bodies(Protocol):
 
 
 class Points:
-    """Point masses: they do what they are told, within their mission's speed."""
+    """Point masses: they do what they are told, within their mission's speed.
+
+    On terrain they keep their height above it.
+    """
 
     def __init__(self, flocks: Sequence[Flock]) -> None:
         self.position: F64 = np.array([plan.start for flock in flocks for plan in flock.plans])
         self.velocity: F64 = np.zeros_like(self.position)
+        self._terrain = flocks[0].mission.terrain()
+        self._height = self.position[:, 2] - _ground(self._terrain, self.position)
         self._speed = [flock.mission.safety.speed_m_s for flock in flocks for _ in flock.plans]
 
     def fly(self, setpoints: Sequence[Setpoint | None]) -> None:
         for row, setpoint in enumerate(setpoints):
             self.velocity[row] = self._velocity(row, setpoint)
-        self.position = self.position + self.velocity * STEP_S
+        after = self.position + self.velocity * STEP_S
+        if self._terrain is not None:
+            after[:, 2] = self._terrain.height_at(after) + self._height
+            self.velocity = (after - self.position) / STEP_S
+        self.position = after
 
     def _velocity(self, row: int, setpoint: Setpoint | None) -> F64:
         if setpoint is None:
@@ -92,6 +102,7 @@ class Vehicles:
         start = np.array([plan.start for plan in self._plans])
         self.position, self.velocity = start.copy(), np.zeros_like(start)
         kinds = [member.kind for flock in flocks for member in flock.mission.team()]
+        self._height = start[:, 2] - _ground(first.terrain(), start)
         self._squads: list[tuple[I64, VehicleModel, Setpoints]] = []
         for kind in dict.fromkeys(kinds):
             rows = np.flatnonzero([each == kind for each in kinds])
@@ -126,9 +137,18 @@ class Vehicles:
         plan = self._plans[row]
         x, y, z = self.position[row].tolist()
         east, north, up = wanted(setpoint, (x, y, z), plan.start[2], plan.envelope)
+        if plan.terrain is not None and not plan.drives:
+            height_m, velocity = float(self._height[row]), (east, north, 0.0)
+            here = (x, y, z)
+            east, north, up = over_ground(velocity, height_m, here, plan.terrain, plan.envelope)
         factor = min(1.0, plan.envelope.speed_m_s / max(float(np.hypot(east, north)), 1e-9))
         climb = plan.envelope.climb_m_s
         return east * factor, north * factor, min(max(up, -climb), climb)
+
+
+def _ground(terrain: Terrain | None, position: F64) -> F64:
+    """Heights (n,) of the ground."""
+    return np.zeros(len(position)) if terrain is None else terrain.height_at(position)
 
 
 def _model(kind: str, mission: Mission) -> MakeModel:

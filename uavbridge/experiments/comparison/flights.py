@@ -20,7 +20,7 @@ from uavbridge.runner.stepped import fly_stepped
 
 _SEARCHING = Phase.SEARCH.value
 _NOT_YET = frozenset(
-    phase.value for phase in (Phase.CONNECT, Phase.ARM, Phase.TAKEOFF, Phase.CLIMB)
+    phase.value for phase in (Phase.CONNECT, Phase.ARM, Phase.START, Phase.TAKEOFF, Phase.CLIMB)
 )
 _ENDED = frozenset(phase.value for phase in ENDED)
 _PATIENCE_S = 120.0  # for the last to begin

@@ -68,6 +68,7 @@ class Search:
         self._radio = radio_of(mission)
         self._ether = Ether(self._radio, agents)
         self._ages = Ages(agents)
+        self._reached: set[int] = set()  # targets that give signals
         self._tick_us = to_us(mission.tick)
         self._position = self._velocity = np.zeros((len(agents), 3))
         first = self.plans[0]
@@ -102,6 +103,8 @@ class Search:
             for one in self._receiver.listen(t_us, self._position):
                 signal = Signal(t_us, one.target, one.strength, one.arrived)
                 self.agents[one.vehicle].sensed.signals.append(signal)
+                if one.arrived:
+                    self._reached.add(one.target)
 
     def _hear(self, t_us: int) -> None:
         """Frames of the last tick, and of earlier ones that are due."""
@@ -148,7 +151,9 @@ class Search:
     def _sample(self, t_us: int) -> None:
         t_s = to_s(t_us)
         self.trial.declare(self._declared(), self.mission)
-        found = sum(cell in self.trial.declared for cell in self.mission.target_cells())
+        found = len(self._reached)
+        if self._receiver is None:
+            found = sum(cell in self.trial.declared for cell in self.mission.target_cells())
         for agent in self.agents:
             self._ages.heard(agent.plan.agent, agent.hearing.neighbours(t_us), t_s)
         sent = sum(account.bytes_sent for account in self._ether.traffic.values())

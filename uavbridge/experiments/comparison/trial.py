@@ -42,7 +42,8 @@ class Trial:
             can reach each other by radio, mean age of what is known of another agent's position,
             bytes sent an agent; least distance of two vehicles (NaN: there is one) and how much all
             fly one way (0 to 1).
-        goal_s: when every target was declared and enough seen; NaN: never.
+        goal_s: when every target was declared and enough seen, or every target's signal was
+            followed to it; NaN: never.
         covered_s: when enough was seen; NaN: never.
         declared: cells that some agent declared, and when it first did.
         false_targets: how many of them hold none.
@@ -71,11 +72,13 @@ class Trial:
         self.t_s.append(t_s)
         for name in CURVES:
             self.curves[name].append(values[name])
-        covered = values["coverage"] >= mission.coverage_goal
+        by_signal = mission.signals is not None
+        covered = not by_signal and values["coverage"] >= mission.coverage_goal
         if covered and np.isnan(self.covered_s):
             self.covered_s = t_s
-        found = values["targets_found"] >= len(mission.target_cells())
-        if covered and found and np.isnan(self.goal_s):
+        sought = len(mission.targets) if by_signal else len(mission.target_cells())
+        found = values["targets_found"] >= sought
+        if (covered or by_signal) and found and np.isnan(self.goal_s):
             self.goal_s = t_s
 
     def figures(self) -> dict[str, float]:
