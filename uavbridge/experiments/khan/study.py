@@ -17,7 +17,7 @@ from uavbridge.experiments.khan.teams import team_of
 from uavbridge.experiments.khan.world import Fates, search
 
 PAIRED = ("rule", "range")  # the same start cells and draws
-BLOCK = 500
+BLOCK = 1000
 RUNS_FLOWN = {"dynamics": 10, "mavlink": 2}
 
 # What the paper leaves open, one choice away from the defaults.
