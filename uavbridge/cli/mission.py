@@ -13,7 +13,12 @@ if TYPE_CHECKING:
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-_TABLES = {"router": "bus.", "agents_per_process": "bus.", "signing_keys": "mavlink."}
+_TABLES = {
+    "router": "bus.",
+    "agents_per_process": "bus.",
+    "signing_keys": "mavlink.",
+    "driver": "mavlink.",
+}
 
 
 def _complete_planner(
@@ -45,6 +50,9 @@ def overrides(command: Command) -> Command:
             type=int,
             metavar="K",
             help="Agents in child processes [bus.agents_per_process].",
+        ),
+        click.option(
+            "--driver", metavar="uavbridge|mavsdk", help="Of vehicles elsewhere [mavlink.driver]."
         ),
         click.option(
             "--signing-keys", metavar="FILE", help="MAVLink 2 keys [mavlink.signing_keys]."

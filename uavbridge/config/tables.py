@@ -319,6 +319,10 @@ class Simulator(Table, frozen=True):
 class Mavlink(Table, frozen=True):
     """The links to vehicles that are not simulated."""
 
+    driver: Annotated[
+        Literal["uavbridge", "mavsdk"],
+        Meta(description="what drives them: our own client, or MAVSDK 4 (multirotors only)"),
+    ] = "uavbridge"
     signing_keys: Annotated[
         str | None,
         Meta(description="file of MAVLink 2 signing keys; then what is not signed is refused"),

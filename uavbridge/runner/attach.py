@@ -308,6 +308,8 @@ def check(attached: Attached, mission: Mission, *, resumes: bool = False) -> Non
     flavour = scout.telemetry.flavour
     if isinstance(flavour, str):
         raise VehicleError(f"{subject}: {flavour}")
+    if mission.mavlink.driver == "mavsdk" and flavour.kind != "multirotor":
+        raise VehicleError(f"{subject}: is a {flavour.kind}; mavlink.driver: mavsdk flies none")
     if scout.telemetry.in_air and not resumes:
         raise VehicleError(f"{subject}: is in the air already; --resume goes on with a mission")
     if scout.signs and mission.mavlink.signing_keys is None:

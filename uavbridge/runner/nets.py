@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import EventRecord
 from uavbridge.runner.earlier import NET, Settings, text_of
+from uavbridge.vehicle.api import Vehicle
 from uavbridge.vehicle.mavlink import MavlinkVehicle
 
 
@@ -14,12 +15,12 @@ class NetNotes:
     """Watches the nets of some vehicles.
 
     Args:
-        vehicles: by agent.
+        vehicles: by agent; those of other drivers keep such notes to themselves.
         recorder: gets what was set before.
     """
 
-    def __init__(self, vehicles: Mapping[int, MavlinkVehicle], recorder: Recorder) -> None:
-        self._vehicles = vehicles
+    def __init__(self, vehicles: Mapping[int, Vehicle], recorder: Recorder) -> None:
+        self._vehicles = {a: v for a, v in vehicles.items() if isinstance(v, MavlinkVehicle)}
         self._recorder = recorder
         self._noted: dict[int, Settings] = {}
 

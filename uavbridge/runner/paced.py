@@ -39,6 +39,7 @@ from uavbridge.runner.control import (
     logged,
 )
 from uavbridge.runner.crew import Crew
+from uavbridge.runner.drivers import driver_of
 from uavbridge.runner.earlier import Earlier
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.judge import Judge
@@ -48,6 +49,7 @@ from uavbridge.runner.places import places_of
 from uavbridge.runner.router import RouterProcess
 from uavbridge.runner.simulation import Reached, Simulation
 from uavbridge.runner.stand_down import stand_down
+from uavbridge.vehicle.api import Vehicle
 from uavbridge.vehicle.mavlink import MavlinkVehicle
 
 BRIEFED_IN_S = 1.5  # from the briefing of other processes to mission start
@@ -134,11 +136,11 @@ def fly_paced(
             crew.begin(paced.now_us)
         clock = LedClock(paced, Reached(bus), lead_us=LEAD_US) if simulated else paced
         vehicles = {
-            agent: MavlinkVehicle(
+            agent: driver_of(
+                mission,
                 logged(mission, link, agent, recorder, clock),
+                agent,
                 attached[agent].system if agent in attached else agent,
-                origin=assemble.origin(mission),
-                link_timeout_s=assemble.patience(mission, 3.0),
             )
             for agent, link in links.items()
         }
@@ -205,14 +207,15 @@ def _go_on(
     clock: PacedClock,
     host: AgentHost,
     judge: Judge,
-    vehicles: Mapping[int, MavlinkVehicle],
+    vehicles: Mapping[int, Vehicle],
 ) -> int:
     """Everybody knows what was known; the mission time to begin at."""
     for seat in host.seats:
         seat.agent.remember(earlier.frames.get(seat.agent.plan.agent, []))
     for agent, settings in earlier.nets.items():
-        if agent in vehicles:
-            vehicles[agent].net.before = dict(settings)
+        vehicle = vehicles.get(agent)
+        if isinstance(vehicle, MavlinkVehicle):
+            vehicle.net.before = dict(settings)
     began_us = (earlier.t_us // SECOND_US + 1) * SECOND_US
     told = [frame for frames in earlier.frames.values() for frame in frames]
     judge.join(sorted(told, key=lambda frame: frame.t_us), began_us)

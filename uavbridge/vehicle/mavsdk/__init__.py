@@ -1,0 +1,1 @@
+"""The second driver: MAVSDK 4 behind the vehicle seam, over our own links."""
