@@ -129,8 +129,8 @@ class CatchingUp:
         others = {
             sender: peer
             for sender, peer in self._peers.items()
-            if peer.root != self.root and now - peer.heard <= RECENT_FRAMES
-        }
+            if peer.root not in (self.root, 0) and now - peer.heard <= RECENT_FRAMES
+        }  # who knows nothing asks by itself
         if not others:
             return
         quiet = self.root == self._told_root and any(peer.same for peer in others.values())
