@@ -109,6 +109,7 @@ class WingedLegs(Legs):
         if not len(rows):
             return
         self._lined[rows] = False
+        circles = [self.circle(i) for i in rows.tolist()]
         for setpoints in (self._wanted, self.setpoints):
             velocity = setpoints.velocity[rows]
             speed = np.hypot(velocity[:, 0], velocity[:, 1])
@@ -116,7 +117,7 @@ class WingedLegs(Legs):
             scale = np.where(slow, self._slowest[rows] / np.where(slow, speed, 1.0), 1.0)
             velocity[:, :2] *= scale[:, np.newaxis]
             setpoints.velocity[rows] = velocity
-            setpoints.radius[rows] = -self._loiter[rows]
+            setpoints.radius[rows] = circles
 
     def fly(self, t_us: int) -> list[int]:
         waiting = self._lined & self._watched & (self.kind == GO)
