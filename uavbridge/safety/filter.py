@@ -29,6 +29,7 @@ Wall: TypeAlias = tuple[float, float, float, float, float]  # normal, room to it
 ROUNDS = 8  # of cyclic projection; what is left over is scaled away
 SIDESTEP = 0.5  # share of a blocked approach that goes to the right instead
 TOUCHING_M = 1e-6
+ABOVE_M = 5.0  # so much higher than the distance to be kept, a vehicle is none of a rover's
 BENT_M_S = 1e-3  # a difference of velocities that counts
 
 
@@ -93,9 +94,10 @@ def constrain(
 def _on_ground(
     wanted: Vector, position: Vector, velocity: Vector, traffic: Iterable[Traffic], e: Envelope
 ) -> Filtered:
-    """All rules in the plane: others keep their distance there, whatever their height."""
+    """All rules in the plane; who flies above keeps apart by itself."""
     here, going = _level(position), _level(velocity)
-    others = [Traffic(one.agent, _level(one.position), _level(one.velocity)) for one in traffic]
+    near = [one for one in traffic if abs(one.position[2] - position[2]) < e.separation_m + ABOVE_M]
+    others = [Traffic(one.agent, _level(one.position), _level(one.velocity)) for one in near]
     separation = _separation(here, going, others, e)
     named = [("fence", rule) for rule in _fence(here, going, e)]
     named += [("separation", rule) for rule, _ in separation]

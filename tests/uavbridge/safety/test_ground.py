@@ -117,8 +117,11 @@ def test_what_stands_too_steep_may_leave() -> None:
 def test_robots_keep_apart_in_the_plane() -> None:
     rules = envelope(HILLS, drives=True)
     here = (300.0, 300.0, float(HILLS.height_at((300.0, 300.0))))
-    above = Traffic(2, (302.0, 300.0, here[2] + 30.0), (0.0, 0.0, 0.0))
-    x, y, z = constrain((5.0, 0.0, 0.0), here, (0.0, 0.0, 0.0), [above], rules).velocity
+    beside = Traffic(2, (302.0, 300.0, here[2] + 1.0), (0.0, 0.0, 0.0))
+    x, y, z = constrain((5.0, 0.0, 0.0), here, (0.0, 0.0, 0.0), [beside], rules).velocity
     assert x < 0.0
     assert z == 0.0
     assert hypot(x, y) <= rules.speed_m_s + 1e-9
+    above = Traffic(2, (302.0, 300.0, here[2] + 30.0), (0.0, 0.0, 0.0))
+    free = constrain((5.0, 0.0, 0.0), here, (0.0, 0.0, 0.0), [above], rules).velocity
+    assert free == (5.0, 0.0, 0.0)
