@@ -223,9 +223,9 @@ def test_a_velocity_is_sent_as_the_recorded_station_sent_it(
 def test_a_refusal_is_told_in_the_autopilots_words() -> None:
     """As recorded: failed, and why in a text beside it."""
     tape = Tape("arducopter-4.6.3", 1, CANBERRA, source=(STATION, 190))
-    tape.play(3.9)
-    tape.vehicle.do(Arm(), 3_900_000)
-    tape.vehicle.advance(3_950_000)
+    tape.play(3.6)
+    tape.vehicle.do(Arm(), 3_600_000)
+    tape.vehicle.advance(3_640_000)
     vehicle = tape.play(5.5)
     refused = [event for event in tape.events if isinstance(event, Refused)]
     assert [event.command for event in refused] == [Arm()]
