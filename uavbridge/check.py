@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 import socket
 from dataclasses import dataclass
+from math import degrees
 
+from planners.terrain import steep_share
 from uavbridge.config import Member, Mission
 from uavbridge.config.radio import radio_of
 from uavbridge.errors import ConfigError
@@ -29,6 +31,8 @@ class Understood:
     sweep_s: float  # no fleet can fly over all cells faster
     duration_s: float  # the search ends then at the latest
     radio: str  # what is emulated
+    ground: str  # empty: level
+    by_signal: bool  # targets give signals: no cells are looked at
     speed: float | None  # mission seconds per second; None: as fast as the machine can
 
     def lines(self) -> list[str]:
@@ -39,16 +43,42 @@ class Understood:
             f"area      {self.area_km2:g} km2 in {self.cells} cells, "
             f"hidden targets: {self.targets}",
             f"clock     {self.clock}, {pace}",
-            f"search    {self.sweep_s:.0f} s at best to fly over all cells, "
-            f"time limit {self.duration_s:g} s",
+            *([f"ground    {self.ground}"] if self.ground else []),
+            f"search    {self._search()}, time limit {self.duration_s:g} s",
             f"radio     {self.radio or 'everybody hears everybody'}",
             f"agents    {len(self.agents)}",
             *(
                 f"  {agent.id:>3}  start x {agent.start[0]:g} m, y {agent.start[1]:g} m; "
-                f"searches at {agent.altitude_m:g} m"
+                f"{_searches(agent)}"
                 for agent in self.agents
             ),
         ]
+
+    def _search(self) -> str:
+        if self.by_signal:
+            return "by the targets' signals"
+        return f"{self.sweep_s:.0f} s at best to fly over all cells"
+
+
+def _searches(agent: Member) -> str:
+    if agent.kind == "rover":
+        return "a rover, searches on the ground"
+    word = "" if agent.kind == "multirotor" else f"a {agent.kind}, "
+    return f"{word}searches at {agent.altitude_m:g} m"
+
+
+def _ground(mission: Mission) -> str:
+    """The terrain in words; empty: level."""
+    terrain, ground = mission.terrain(), mission.ground
+    if terrain is None or ground is None:
+        return ""
+    low, high = float(terrain.heights.min()), float(terrain.heights.max())
+    source = "generated" if ground.file is None else ground.file
+    share = steep_share(terrain, ground.beta_rad + 1e-9)
+    return (
+        f"{source}; heights {low:.0f} to {high:.0f} m, slopes up to "
+        f"{degrees(terrain.steepest()):.1f} degrees, {share:.1%} above beta"
+    )
 
 
 def understood(mission: Mission) -> Understood:
@@ -67,6 +97,8 @@ def understood(mission: Mission) -> Understood:
         sweep_s=path_m / (len(team) * mission.safety.speed_m_s),
         duration_s=mission.duration,
         radio=radio_of(mission).words(),
+        ground=_ground(mission),
+        by_signal=mission.signals is not None,
         speed=mission.speed if mission.clock == "paced" else None,
     )
 

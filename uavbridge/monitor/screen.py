@@ -47,7 +47,7 @@ def screen(
     room = max(height - 1 - _FIXED - len(alerts), 1)
     lines = [
         _title(facts, now, factor, width),
-        _coverage_bar(facts, now, width),
+        *([] if facts.by_signal else [_coverage_bar(facts, now, width)]),
         _scores(facts, now),
         _separation(facts, now),
         _radio(now),
@@ -65,10 +65,10 @@ def screen(
 
 def one_line(facts: MissionFacts, now: Snapshot, *, factor: float) -> str:
     """The same in one line, for logs and pipes."""
+    scores = [f"coverage {now.coverage:.0%}", f"entropy {number(now.entropy, 'bits')}"]
     parts = [
         f"{duration(now.t_s)} min",
-        f"coverage {now.coverage:.0%}",
-        f"entropy {number(now.entropy, 'bits')}",
+        *([] if facts.by_signal else scores),
         f"targets {now.declared}/{facts.targets}",
         f"closest pair {number(now.closest_m, 'm')}",
         f"{count(now.frames_sent)} frames {data_size(now.bytes_sent)}",
@@ -113,7 +113,7 @@ def _scores(facts: MissionFacts, now: Snapshot) -> Text:
     return Text.assemble(
         "targets   ",
         (f"{now.declared} of {facts.targets}", "bold green" if found else "bold"),
-        f" declared, entropy {number(now.entropy, 'bits')}",
+        " found" if facts.by_signal else f" declared, entropy {number(now.entropy, 'bits')}",
     )
 
 

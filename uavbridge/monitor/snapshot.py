@@ -17,6 +17,7 @@ class MissionFacts:
     targets: int
     coverage_goal: float  # share of cells
     separation_limit_m: float = float("nan")
+    by_signal: bool = False  # targets are found by their signals: no cells are looked at
 
 
 @dataclass(frozen=True, slots=True)

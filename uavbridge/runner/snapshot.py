@@ -12,13 +12,15 @@ from uavbridge.runner.judge import Judge
 
 def facts_of(mission: Mission) -> MissionFacts:
     """What does not change."""
+    by_signal = mission.signals is not None
     return MissionFacts(
         name=mission.name,
         planner=mission.planner,
         seed=mission.seed,
         clock=mission.clock,
         duration_s=mission.duration,
-        targets=len(mission.target_cells()),
+        targets=len(mission.targets if by_signal else mission.target_cells()),
+        by_signal=by_signal,
         coverage_goal=mission.coverage_goal,
         separation_limit_m=mission.safety.separation_m if mission.safety.separation else nan,
     )
