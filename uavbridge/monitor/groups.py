@@ -1,7 +1,8 @@
-"""Who belongs together and who leads, as planners tell it in the payload of their frames."""
+"""Who belongs together and who leads, as planners tell it in their frames or in their words."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -38,7 +39,23 @@ GROUPS: Mapping[str, Callable[[int, bytes], Membership | None]] = MappingProxyTy
 """By the planner's name: from agent and payload to what it belongs to, if anything."""
 
 
-def membership(planner: str, agent: int, payload: bytes) -> Membership | None:
-    """What an agent belongs to by its newest frame; None for planners without groups."""
+_FOLLOWS = re.compile(r"follows (\d{1,5})\b")
+
+
+def membership(planner: str, agent: int, payload: bytes, note: str) -> Membership | None:
+    """What an agent belongs to, by its newest frame; None when it is in no group.
+
+    Args:
+        planner: its name.
+        agent: id.
+        payload: of the frame.
+        note: the planner's own words, which count for planners that are not in ``GROUPS``: of
+            one that "leads", or "follows" an agent by its id.
+    """
     read = GROUPS.get(planner)
-    return read(agent, payload) if read is not None and payload else None
+    if read is not None:
+        return read(agent, payload) if payload else None
+    if note.startswith("leads"):
+        return Membership(agent, leads=True)
+    found = _FOLLOWS.match(note)
+    return Membership(int(found[1]), leads=False) if found else None

@@ -54,15 +54,8 @@ def _title(watch: MissionWatch, width: int) -> Text:
 
 def _scores(watch: MissionWatch) -> list[Text]:
     last = watch.series[-1] if watch.series else Point(0, nan, nan, nan, 0, 0, nan, 0, 0, 0, 0)
-    goal = "" if watch.facts is None else f" of {watch.facts.coverage_goal:.0%}"
-    share = f"{last.coverage:.0%}" if isfinite(last.coverage) else "-"
-    targets = len(watch.declared)
-    known = "" if watch.found is None else f", {watch.found} true"
     return [
-        Text(
-            f"coverage {share}{goal}   entropy {number(last.entropy, 'bits')}   "
-            f"targets {targets} declared{known}"
-        ),
+        Text(_searched(watch, last)),
         Text(
             f"closest {number(watch.separation.closest, 'm')}   radio {count(last.frames_sent)} "
             f"frames {data_size(last.bytes_sent)} sent, {data_size(last.bytes_heard)} heard"
@@ -70,6 +63,17 @@ def _scores(watch: MissionWatch) -> list[Text]:
         ),
         Text(""),
     ]
+
+
+def _searched(watch: MissionWatch, last: Point) -> str:
+    facts, finds = watch.facts, len(watch.finds.all())
+    if facts is not None and facts.signals is not None:
+        return f"targets {finds} of {len(facts.targets)} found by their signals"
+    goal = "" if facts is None else f" of {facts.coverage_goal:.0%}"
+    share = f"{last.coverage:.0%}" if isfinite(last.coverage) else "-"
+    known = "" if watch.found is None else f", {watch.found} true"
+    entropy = number(last.entropy, "bits")
+    return f"coverage {share}{goal}   entropy {entropy}   targets {finds} declared{known}"
 
 
 def _unheard(watch: MissionWatch) -> str:

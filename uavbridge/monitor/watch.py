@@ -23,6 +23,7 @@ from uavbridge.clock import SECOND_US, to_s
 from uavbridge.config import Mission
 from uavbridge.monitor import told
 from uavbridge.monitor.events import EventLog
+from uavbridge.monitor.finds import Finds
 from uavbridge.monitor.groups import Membership, membership
 from uavbridge.monitor.maps import Maps
 from uavbridge.monitor.watched import (
@@ -57,7 +58,7 @@ class MissionWatch:
         t_us: newest mission time heard of; -1 before anything.
         facts: the mission as it is flown, with the true targets; None until somebody tells.
         agents: by id.
-        declared: by cell, the first who said so.
+        finds: what agents declared, and reached.
         series: one point a second since the watch began.
         log: of events.
         rejects: what was left out, by reason.
@@ -68,14 +69,13 @@ class MissionWatch:
         self.record: MissionRecord | None = None
         self.facts: Mission | None = None
         self.agents: dict[int, Watched] = {}
-        self.declared: dict[tuple[int, int], Declared] = {}
+        self.finds = Finds()
         self.series: list[Point] = []
         self.log = EventLog()
         self.rejects: Counter[str] = Counter()
         self.maps = Maps()
         self.separation = SeparationWatch()
         self.simulated = False  # the world tells the true positions
-        self._true_cells: frozenset[tuple[int, int]] = frozenset()
         self._mailboxes = [] if bus is None else [bus.subscribe("**"), bus.watch(keys.alive("*"))]
         self._stale = 0  # messages from long ago, one after the other
         self._since_us: int | None = None
@@ -148,10 +148,13 @@ class MissionWatch:
 
     @property
     def found(self) -> int | None:
-        """True targets that some agent declared; None when the true ones are not known."""
-        if self.facts is None:
-            return None
-        return sum(cell in self._true_cells for cell in self.declared)
+        """True targets that some agent declared or reached; None when they are not known."""
+        return self.finds.found
+
+    @property
+    def declared(self) -> dict[tuple[int, int], Declared]:
+        """By cell, the first who said so."""
+        return self.finds.declared
 
     @property
     def ended(self) -> bool:
@@ -185,7 +188,8 @@ class MissionWatch:
         found = {}
         for agent in self.agents.values():
             payload = b"" if agent.frame is None else agent.frame.payload
-            member = membership(self.facts.planner, agent.id, payload)
+            note = "" if agent.report is None else agent.report.note
+            member = membership(self.facts.planner, agent.id, payload, note)
             if member is not None:
                 found[agent.id] = member
         return found
@@ -294,15 +298,8 @@ class MissionWatch:
         failed = report.failure and (before is None or before.failure != report.failure)
         if failed and not agent.tells:
             self.log.add(report.t_us, agent.id, "failure", report.failure)
-        for column, row, t_us in report.declared:
-            self._declare((column, row), t_us, agent.id)
-
-    def _declare(self, cell: tuple[int, int], t_us: int, by: int) -> None:
-        known = self.declared.get(cell)
-        if known is None:
-            self.log.add(t_us, by, "declared", f"target in cell {cell[0]}, {cell[1]}")
-        if known is None or (t_us, by) < (known.t_us, known.by):
-            self.declared[cell] = Declared(cell, t_us, by)
+        for t_us, text in self.finds.take(report):
+            self.log.add(t_us, agent.id, "declared", text)
 
     def _full_map(self, number: int, data: bytes) -> None:
         full = decode_map(data, self.rejects)
@@ -323,7 +320,7 @@ class MissionWatch:
         found = told.mission_of(data, self.rejects, self.record)
         if found is not None:
             self.record, self.facts = found
-            self._true_cells = frozenset(self.facts.target_cells())
+            self.finds.take_mission(self.facts)
             self.maps.take_mission(self.facts)
 
     def _token(self, sample: Sample) -> None:
@@ -396,7 +393,7 @@ class MissionWatch:
         return Point(
             self.t_us,
             *self.maps.scores(),
-            len(self.declared),
+            len(self.finds.all()),
             self.found or 0,
             self.separation.take_recent(),
             sum(report.bytes_sent for report in reports),

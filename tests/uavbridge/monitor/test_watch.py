@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 import pytest
 
 from planners.registry import BUILTIN
+from uavbridge.agent.report import AgentReport
 from uavbridge.bus import keys
 from uavbridge.bus.api import Sample
-from uavbridge.config import load
+from uavbridge.config import load, to_toml
 from uavbridge.monitor.watch import MissionWatch
 from uavbridge.recording.recorder import Recorder
+from uavbridge.recording.topics import MissionRecord, encode
 from uavbridge.runner import stepped
 from uavbridge.runner.assemble import planner_of
 
+REPORT = AgentReport(
+    agent=1, t_us=5_000_000, phase="search", mode="OFFBOARD", position=(1.0, 2.0, 40.0),
+    velocity=(0.0, 0.0, 0.0), heading=0.0, armed=True, in_air=True, battery=0.5, neighbours=1,
+    note="", distance_m=5.0, declared=[],
+)  # fmt: skip
 JOIN_US = 25_000_000
 
 
@@ -86,3 +94,17 @@ def test_what_does_not_read_is_counted_and_left_out(data):
     assert sum(watch.rejects.values()) == 10
     assert not watch.agents
     assert not watch.events
+
+
+def test_targets_reached_by_their_signals_count_as_found():
+    watch = MissionWatch()
+    mission = load(None, {"vehicles": 2, "planner": "mountain", "signals.range_m": 100.0})
+    record = MissionRecord(to_toml(mission), 1, "paced")
+    watch.apply(Sample(keys.MISSION, encode(record)))
+    assert watch.found == 0
+    values = msgspec.structs.asdict(REPORT) | {"found": [(1, 4_000_000), (7, 4_000_000)]}
+    watch.apply(Sample(keys.state(1), encode(AgentReport(**values))))
+    assert watch.found == 1  # there is no target 7
+    (find,) = watch.finds.all()
+    assert (find.cell, find.by) == (mission.target_cells()[1], 1)
+    assert watch.events[-1].text == "target 1 reached"

@@ -22,6 +22,7 @@ from uavbridge.bus.wire import DELTA, Frame
 from uavbridge.bus.wire import encode as encode_frame
 from uavbridge.config import load, to_toml
 from uavbridge.errors import ConfigError
+from uavbridge.monitor.groups import Membership, membership
 from uavbridge.monitor.replayed import Player
 from uavbridge.monitor.web.feed import Feed
 from uavbridge.monitor.web.guard import Guard, is_loopback
@@ -364,3 +365,10 @@ def test_a_page_is_told_who_leads_whom():
     source.step()
     texts, _ = told(Feed(source))
     assert texts[-1]["groups"] == [[1, 5, True], [2, 5, False]]
+
+
+def test_planners_without_a_payload_of_groups_say_so_in_words():
+    assert membership("pheromone-scenario", 1, b"", "leads to 4,5") == Membership(1, True)
+    assert membership("pheromone-scenario", 2, b"x", "follows 1") == Membership(1, False)
+    assert membership("pheromone-scenario", 3, b"", "misleads") is None
+    assert membership("mountain", 3, b"", "leads") is None

@@ -147,6 +147,7 @@ class Feed:
             separation_m=facts.safety.separation_m if facts.safety.separation else None,
             coverage_goal=facts.coverage_goal,
             targets=[target.position for target in facts.targets],
+            by_signal=facts.signals is not None,
         )
 
     def _update(self, watch: MissionWatch) -> Update:
@@ -159,9 +160,10 @@ class Feed:
         layers = sorted(watch.maps.layers)
         more, self._layers = layers != self._layers, layers
         declared = None
-        if len(watch.declared) != self._declared:
-            self._declared = len(watch.declared)
-            declared = [(*d.cell, to_s(d.t_us), d.by) for d in watch.declared.values()]
+        finds = watch.finds.all()
+        if len(finds) != self._declared:
+            self._declared = len(finds)
+            declared = [(*d.cell, to_s(d.t_us), d.by) for d in finds]
         points, self._points = watch.series[self._points :], len(watch.series)
         return Update(
             t_s=to_s(max(watch.t_us, 0)),

@@ -28,7 +28,7 @@ export class Ground {
     const context = this.canvas.getContext("2d");
     const image = context.createImageData(this.columns, this.rows);
     const pixels = new Uint32Array(image.data.buffer);
-    const table = this.shade ? null : layerColours();
+    const table = this.shade ? null : layerColours(this.told.low, this.told.high);
     for (let column = 0; column < this.columns; column += 1) {
       for (let row = 0; row < this.rows; row += 1) {
         const flat = column * this.rows + row;
@@ -57,13 +57,17 @@ export class Ground {
   }
 }
 
-// 256 colours from nothing to much.
-export function layerColours() {
+// 256 colours of the numbers from `low` to `high`: nothing is pale, more goes over blue to hot; where
+// there are negative ones, those go to blue and the others to hot.
+export function layerColours(low, high) {
   const [none, some, much] = [theme.unseen, theme.accent, theme.hot].map(rgb);
   const table = new Uint32Array(256);
+  const most = Math.max(Math.abs(low), Math.abs(high)) || 1;
   for (let i = 0; i < 256; i += 1) {
-    const share = Math.sqrt(i / 255); // little is told from nothing
-    table[i] = packed(share < 0.5 ? mix(none, some, 2 * share) : mix(some, much, 2 * share - 1));
+    const value = (low + ((high - low) * i) / 255) / most;
+    const share = Math.sqrt(Math.abs(value)); // little is told from nothing
+    if (low < 0) table[i] = packed(mix(none, value < 0 ? some : much, share));
+    else table[i] = packed(share < 0.5 ? mix(none, some, 2 * share) : mix(some, much, 2 * share - 1));
   }
   return table;
 }

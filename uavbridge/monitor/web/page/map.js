@@ -186,7 +186,8 @@ export class MapView {
     context.fillRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
     if (!known) return;
     const owner = this.agent ? this.agent() : 0;
-    const painted = this.cells.paint(state.maps.get(owner), state.mission, this.options.layer, state.t);
+    const painted = this.cells.paint(state.maps.get(owner), state.mission, this.options.layer, state.t,
+      this.options.terrain && state.grounds.has(TERRAIN));
     const grounds = this.grounds(painted);
     if (state.mission.grid) this.area(painted, grounds);
     const vehicles = this.shown().map((one) => ({ ...one, ...placed(one, now) }));

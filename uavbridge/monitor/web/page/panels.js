@@ -131,7 +131,7 @@ export function legend(bar, state, layer) {
     const shown = layer().startsWith("layer:") ? state.grounds.get(layer().slice(6)) : null;
     if (shown) {
       const { low, high, name } = shown.told;
-      parts.push([`${name} ${low.toPrecision(3)} … ${high.toPrecision(3)}`, 120, scaleOf]);
+      parts.push([`${name} ${low.toPrecision(3)} … ${high.toPrecision(3)}`, 120, scaleOf(low, high)]);
     }
     const range = state.mission && state.mission.range_known ? state.mission.range_m : undefined;
     bar.replaceChildren(...parts.map(([text, width, paint]) => entry(text, width, paint, state)));
@@ -159,17 +159,16 @@ function fill(context, colour, w, h) {
 
 function ramp(context, w, h, state) {
   const table = beliefColours(state.mission.prior);
-  for (let x = 0; x < w; x += 1) {
-    const value = table[256 + Math.round((255 * x) / (w - 1))];
-    context.fillStyle = `rgb(${value & 255} ${(value >> 8) & 255} ${(value >> 16) & 255})`;
-    context.fillRect(x, 1, 1, h - 2);
-  }
+  strip(context, w, h, (share) => table[256 + Math.round(255 * share)]);
 }
 
-function scaleOf(context, w, h) {
-  const table = layerColours();
+function scaleOf(low, high) {
+  return (context, w, h) => strip(context, w, h, (share) => layerColours(low, high)[Math.round(255 * share)]);
+}
+
+function strip(context, w, h, colour) {
   for (let x = 0; x < w; x += 1) {
-    const value = table[Math.round((255 * x) / (w - 1))];
+    const value = colour(x / (w - 1));
     context.fillStyle = `rgb(${value & 255} ${(value >> 8) & 255} ${(value >> 16) & 255})`;
     context.fillRect(x, 1, 1, h - 2);
   }

@@ -19,8 +19,9 @@ export function bytesText(v) {
 // Each: title, what of a point, how it is written, and what else its axis must show.
 const KINDS = [
   { name: "coverage", title: "Coverage", of: (p) => p[POINT.coverage], text: percent, colour: "accent",
-    top: () => 1, line: (m) => m.coverage_goal },
-  { name: "entropy", title: "Entropy, bits", of: (p) => p[POINT.entropy], text: plain, colour: "warn" },
+    cells: true, top: () => 1, line: (m) => m.coverage_goal },
+  { name: "entropy", title: "Entropy, bits", of: (p) => p[POINT.entropy], text: plain, colour: "warn",
+    cells: true },
   { name: "targets", title: "Targets declared", of: (p) => p[POINT.declared], text: whole, colour: "good",
     second: (p) => p[POINT.found], step: true, top: (m) => (m.targets ? m.targets.length : 1),
     line: (m) => (m.targets ? m.targets.length : null) },
@@ -87,6 +88,8 @@ export class Plots {
     if (!this.dirty || !this.state.mission) return;
     this.dirty = false;
     for (const plot of this.plots) {
+      // Who homes in on signals looks at no cells: there is nothing to plot.
+      plot.canvas.parentElement.hidden = this.state.mission.by_signal && plot.kind.cells;
       if (plot.canvas.clientWidth) this.drawOne(plot);
     }
   }
