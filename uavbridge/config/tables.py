@@ -197,7 +197,10 @@ class Radio(Table, frozen=True):
     ] = 2.0
     links: Annotated[
         tuple[RadioLink, ...],
-        Meta(description="links of their own; of two for one link the later one counts"),
+        Meta(
+            description="[[radio.links]]: from, to (agent ids; absent: all) and any of the keys "
+            "above but queue_s; of two for one link the later one counts"
+        ),
     ] = ()
     frame_bytes: Annotated[
         float,
