@@ -147,7 +147,7 @@ class Keeper:
         place, on_map = places(np.array(cell), offsets, self.shape)
         known = on_map & (taken(self.known.astype(np.float64), place) > 0.0)
         target, obstacle, path = (
-            taken(layer, place).astype(np.float32).astype(np.float64)
+            np.where(known, taken(layer, place), 0.0).astype(np.float32).astype(np.float64)
             for layer in (self.field.target, self.field.obstacle, self.field.path)
         )
         closed = on_map & (taken(self.closed.astype(np.float64), place) > 0.0)

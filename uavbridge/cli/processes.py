@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from uavbridge.cli.command import KEYS, ROUTER, identity_of
 from uavbridge.errors import ConfigError
 
+if TYPE_CHECKING:
+    from uavbridge.config import Mission
+
 
 @click.command()
 @click.argument("mission", type=click.Path(allow_dash=True))
-@click.option("--id", "ids", type=int, multiple=True, required=True, help="Agent; may be repeated.")
+@click.option("--id", "ids", type=int, multiple=True, help="Agent; may be repeated.")
+@click.option(
+    "--place", "place", type=int, multiple=True, help="Place agent instead; may be repeated."
+)
+@click.option(
+    "--store", type=click.Path(path_type=Path), help="Folder where place agents keep their tiles."
+)
 @click.option("--router", metavar="ENDPOINT", default=ROUTER, show_default=True, help="Of the bus.")
 @click.option("--connect", multiple=True, metavar="URL", help="Vehicles, in the order of --id.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the recording.")
@@ -24,6 +34,8 @@ def agent(
     ctx: click.Context,
     mission: str,
     ids: tuple[int, ...],
+    place: tuple[int, ...],
+    store: Path | None,
     router: str,
     connect: tuple[str, ...],
     out: Path | None,
@@ -32,14 +44,21 @@ def agent(
 ) -> None:
     """Fly single agents of MISSION (a TOML file; -: standard input), on a machine of their own.
 
-    The launcher of the mission counts on them by its key bus.remote. They may be started before
-    it or after. Exit status: 0 when all landed, 1 when something went wrong, 2 for bad input.
+    Or have single place agents of it keep their tiles of the pheromone maps (--place), until
+    Ctrl-C. The launcher of the mission counts on them by its keys bus.remote and
+    pheromones.remote. They may be started before it or after. Exit status: 0 when all landed,
+    1 when something went wrong, 2 for bad input.
     """
     from uavbridge import config
 
     loaded = (
         config.parse(sys.stdin.read(), "standard input") if mission == "-" else config.load(mission)
     )
+    if place:
+        _keep(loaded, ids, place, store, router, keys, wait)
+        return
+    if not ids:
+        raise ConfigError("--id or --place must be given")
     team = loaded.scenario().team
     for number in ids:
         if number not in team:
@@ -73,6 +92,42 @@ def agent(
     for failure in failures:
         click.echo(failure, err=True)
     ctx.exit(1 if failures else 0)
+
+
+def _keep(
+    mission: Mission,
+    ids: tuple[int, ...],
+    places: tuple[int, ...],
+    store: Path | None,
+    router: str,
+    keys: Path | None,
+    wait: float,
+) -> None:
+    """Place agents alone."""
+    from uavbridge.config.pheromones import tiles
+    from uavbridge.runner.interrupts import interrupts
+    from uavbridge.runner.places import keep_alone
+
+    if ids:
+        raise ConfigError("--place: not together with --id")
+    table = mission.stigmergy()
+    if table is None or table.form != "places":
+        raise ConfigError('--place: the mission has no place agents (pheromones.form = "places")')
+    known = tiles(mission, table)
+    for number in places:
+        if number not in known:
+            raise ConfigError(f"--place: there is no {number} ({min(known)} to {max(known)})")
+    with interrupts("the place agents end") as stop:
+        keep_alone(
+            mission,
+            sorted(set(places)),
+            router=router,
+            store=store,
+            identity=identity_of(keys),
+            wait_s=wait,
+            stop=stop,
+            tell=click.echo,
+        )
 
 
 @click.command()

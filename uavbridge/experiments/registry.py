@@ -46,6 +46,7 @@ MODULES: Mapping[str, str] = {
     "shao-navigate": "shao.navigate",
     "shao-scenario": "shao.scenario",
     "shao-faults": "shao.faults",
+    "shao-places": "shao.places",
 }
 
 

@@ -74,18 +74,23 @@ class PlaceHost:
         self.rejects: Counter[str] = Counter()
         self.places: dict[int, PlaceAgent | None] = {}
         for place in self._here:
-            agent = self._fresh(place)
-            self.places[place] = agent
-            if store is not None and place in store:
-                self._send(place, agent.come_back(store[place], 0))
+            self.places[place] = self._fresh(place)
         for _ in range(before):
             self._update()
-        for started in self.places.values():
-            assert started is not None
-            started.keeper.steps = 0
+        for place, agent in self.places.items():
+            assert agent is not None
+            agent.keeper.steps = 0
+            stored = None if store is None else store.get(place)
+            self._send(place, agent.come_back(stored, 0))
+        self._began = False
 
     def step(self, t_us: int) -> None:
         """One control tick, after the agents'."""
+        if not self._began:  # maybe in the middle of a mission
+            self._began = True
+            for agent in self.places.values():
+                assert agent is not None
+                agent.keeper.steps = max(agent.keeper.steps, self._steps_before(t_us))
         self._fail_and_come_back(t_us)
         for place, heard in self._air.receive(self._positions, t_us).items():
             agent = self.places[place]
@@ -103,6 +108,10 @@ class PlaceHost:
         if t_us % LAYERS_US == 0:
             self._show(t_us)
 
+    def _steps_before(self, t_us: int) -> int:
+        """Updates that there have been before the one that may be due now."""
+        return max(t_us - 1, 0) // self._step_us
+
     def _fresh(self, place: int) -> PlaceAgent:
         others = {other: site.tile for other, site in self._sites.items() if other != place}
         return PlaceAgent(self._sites[place], others, self._grid.shape, self._law)
@@ -119,7 +128,7 @@ class PlaceHost:
                 agent = self.places[place] = self._fresh(place)
                 stored = None if self._store is None else self._store.get(place)
                 self._net[place].drain()  # what came meanwhile
-                self._send(place, agent.come_back(stored, t_us // self._step_us))
+                self._send(place, agent.come_back(stored, self._steps_before(t_us)))
 
     def _update(self) -> None:
         for place, agent in self.places.items():

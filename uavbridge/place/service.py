@@ -12,6 +12,7 @@ from dataclasses import replace
 from math import dist, inf
 from typing import Protocol
 
+import msgspec
 import numpy as np
 
 from planners.grid import Grid
@@ -188,7 +189,9 @@ class Copies:
 
     def outgoing(self, frame: Frame) -> Frame:
         said = self._said[frame.sender]
-        return replace(frame, payload=trailer.joined(frame.payload, said)) if said else frame
+        if not said:
+            return frame
+        return msgspec.structs.replace(frame, payload=trailer.joined(frame.payload, said))
 
     def step(self, t_us: int) -> None:
         if t_us and t_us % self._step_us == 0:

@@ -215,3 +215,29 @@ def scenario(figure: Figure, outcome: Outcome) -> None:
     axes.set_ylim(bottom=0.0)
     axes.legend(frameon=False)
     plain(axes)
+
+
+def places(figure: Figure, outcome: Outcome) -> None:
+    """Bytes, and times until everything is found and seen, by form."""
+    figure.set_size_inches(9.6, 3.6)
+    left, right = figure.subplots(1, 2)
+    labels = [" ".join(str(part) for part in case.values()) for case, _ in outcome.samples]
+    at = np.arange(len(labels))
+    sent, told = (
+        np.array([samples[name].mean() for _, samples in outcome.samples])
+        for name in ("bytes_per_agent_s", "answer_bytes_per_agent_s")
+    )
+    left.barh(at, sent, color=INDIGO, label="sent by a UAV")
+    left.barh(at, told, left=sent, color=ORANGE, label="answers to it")
+    left.set_title("bytes a second and UAV", loc="left", color=INK)
+    left.legend(frameon=False, fontsize=7)
+    for metric, colour, label in (("coverage_s", GREEN, "seen"), ("goal_s", RED, "and found")):
+        values = [samples[metric] for _, samples in outcome.samples]
+        means = [np.nanmean(part) if np.isfinite(part).any() else np.nan for part in values]
+        right.plot(means, at, "o", color=colour, label=label)
+    right.set_title("seconds", loc="left", color=INK)
+    right.legend(frameon=False, fontsize=7)
+    for axes in (left, right):
+        axes.set_yticks(at, labels)
+        axes.set_xlim(left=0.0)
+        plain(axes)

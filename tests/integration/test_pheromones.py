@@ -1,0 +1,152 @@
+"""Missions with pheromones: repeatable, verified, both forms, columns kept, parts elsewhere."""
+
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import uavbridge
+from tests.integration.missions import launch, write
+from uavbridge.bus.messages import decode_truth
+from uavbridge.recording.reader import Recording
+from uavbridge.replay.verify import verify
+
+pytestmark = pytest.mark.integration
+
+MISSION = """
+name = "small-pheromones"
+seed = 5
+planner = "pheromone"
+duration = 60.0
+tick = 0.5
+coverage_goal = 1.0
+
+[parameters]
+sensor = 3
+speed_m_s = 7.0
+
+[area]
+cell_m = 20.0
+columns = 12
+rows = 12
+
+[pheromones]
+form = "{form}"
+step_s = 2.5
+period = 8
+
+[fleet]
+starts = [[10.0, 10.0], [50.0, 10.0], [10.0, 50.0]]
+altitude_m = 25.0
+
+[sensor]
+p = 0.97
+q = 0.005
+reach_m = 40.0
+
+[belief]
+prior = 0.05
+
+[[obstacles]]
+position = [110.0, 110.0]
+radius_m = 25.0
+
+[[obstacles]]
+position = [190.0, 70.0]
+radius_m = 15.0
+
+[[targets]]
+position = [150.0, 50.0]
+
+[[targets]]
+position = [50.0, 170.0]
+
+[radio]
+range_m = 200.0
+{radio}
+"""
+COLUMNS = np.array([[110.0, 110.0, 25.0], [190.0, 70.0, 15.0]])
+
+
+def mission(folder, form="places", radio="", extra=""):
+    return write(folder, MISSION.format(form=form, radio=radio) + extra, f"{form}.toml")
+
+
+def nearest(folder):
+    """How near to a column's surface any vehicle ever was."""
+    least = np.inf
+    for message in Recording(folder).messages():
+        if message.topic == "truth":
+            place = decode_truth(message.data).position[:, None, :2]
+            apart = np.hypot(*(place - COLUMNS[:, :2]).transpose(2, 0, 1)) - COLUMNS[:, 2]
+            least = min(least, apart.min())
+    return least
+
+
+@pytest.mark.parametrize("form", ["places", "copies"])
+def test_missions_are_repeatable_verified_and_keep_out_of_columns(form, tmp_path):
+    path = mission(tmp_path, form, "loss = 0.1")
+    first, second = (uavbridge.run(path, out=tmp_path / name) for name in ("a", "b"))
+    assert first.digest == second.digest
+    checked = verify(tmp_path / "a")
+    assert checked.ok, checked.difference
+    assert checked.decisions > 200
+    assert nearest(tmp_path / "a") > 1.0
+    topics = {message.topic for message in Recording(tmp_path / "a").messages()}
+    assert {"layer/pheromone-target", "layer/pheromone-path", "answer/1"} <= topics
+    assert len(first.targets) == 2
+
+
+def test_a_place_agent_that_fails_costs_its_tile_only(tmp_path):
+    extra = """
+[[pheromones.failures]]
+place = 1001
+from_s = 20.0
+to_s = 45.0
+"""
+    result = uavbridge.run(mission(tmp_path, extra=extra), out=tmp_path / "out")
+    assert not result.failures
+    assert verify(tmp_path / "out").ok
+
+
+@pytest.fixture
+def place_agent(tmp_path):
+    """Starts place agents alone; ends them afterwards."""
+    children = []
+
+    def start(path, router, *places):
+        given = [f"--place={place}" for place in places]
+        child = subprocess.Popen(
+            [sys.executable, "-m", "uavbridge", "agent", str(path), *given, "--router", router,
+             "--store", str(tmp_path / "tiles")],
+            stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        children.append(child)
+        return child
+
+    yield start
+    for child in children:
+        child.terminate()
+        child.communicate(timeout=10)
+
+
+def test_paced_over_zenoh_with_a_place_agent_alone(tmp_path, place_agent):
+    from uavbridge.bus.zenoh_bus import Router
+
+    with Router() as router:
+        extra = f'\n[bus]\nrouter = "{router.endpoint}"\n'
+        text = MISSION.format(form="places", radio="").replace(
+            'form = "places"', 'form = "places"\nremote = [1001]'
+        )
+        path = write(tmp_path, text + extra)
+        child = place_agent(path, router.endpoint, 1001)
+        assert child.stdout.readline().startswith("place agents 1001")
+        time.sleep(0.5)
+        done = launch(path, "--headless", "--speed", "6", "--out", tmp_path / "out")
+        assert "mission time" in done.stdout, done.stderr
+    assert (tmp_path / "tiles" / "place-1001.tile").exists()
+    answers = [m for m in Recording(tmp_path / "out").messages() if m.topic.startswith("answer/")]
+    assert len(answers) > 20
+    assert nearest(tmp_path / "out") > 0.0
