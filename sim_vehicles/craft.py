@@ -12,6 +12,7 @@ from sim_vehicles.legs import Legs
 from sim_vehicles.modes import Mode, ModeSpec
 from sim_vehicles.params import Derive, Parameter, Parameters
 from sim_vehicles.pilot import Pilot, Routine
+from sim_vehicles.px4_parameters import HIDDEN
 from sim_vehicles.status import Status
 
 MakeLegs: TypeAlias = Callable[[Status, States, Parameters], Legs]
@@ -31,7 +32,8 @@ class Craft:
         routines: what it does in them by itself; in the others it follows setpoints.
         legs: how it flies, or drives, from place to place.
         parameters: the ones that clients see.
-        derive: what they mean in the names that autopilots go by (px4_parameters.TABLE).
+        derive: what they mean in the names that autopilots go by.
+        hidden: those names.
         start_mode: the mode it is in when switched on.
         ready_s: when its position estimate is good, after that; between two times.
     """
@@ -45,6 +47,7 @@ class Craft:
     routines: Mapping[Mode, Callable[[Pilot, int], Routine]]
     parameters: Sequence[Parameter]
     derive: Derive | None = None
+    hidden: Sequence[Parameter] = HIDDEN
     legs: MakeLegs = Legs
     start_mode: Mode = Mode.HOLD
     ready_s: tuple[float, float] = (2.0, 4.5)

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Final
 
 from sim_vehicles import px4_parameters
-from sim_vehicles.ardupilot.crafts import COPTER, ROVER
+from sim_vehicles.ardupilot.crafts import COPTER, PLANE, ROVER
 from sim_vehicles.codec import mav
 from sim_vehicles.craft import Craft
 from sim_vehicles.driving import DRIVING, DrivenLegs
@@ -60,7 +60,7 @@ PX4_PLANE: Final = Craft(
 CRAFTS: Final[Mapping[tuple[str, str], Craft]] = MappingProxyType(
     {
         (craft.autopilot, craft.kind): craft
-        for craft in (PX4_MULTIROTOR, PX4_ROVER, PX4_PLANE, COPTER, ROVER)
+        for craft in (PX4_MULTIROTOR, PX4_ROVER, PX4_PLANE, COPTER, ROVER, PLANE)
     }
 )
 """By autopilot ("px4", "ardupilot") and kind ("multirotor", "rover", "plane")."""

@@ -36,6 +36,7 @@ class Answers(NamedTuple):
     long_frame: int = int(mav.MAV_FRAME_GLOBAL)  # of the place in a COMMAND_LONG
     asks_for: str = "MISSION_REQUEST_INT"  # item by item, of an upload
     whole_vectors: bool = False  # of setpoints: a part to be ignored takes the rest along
+    local_setpoints: bool = True  # SET_POSITION_TARGET_LOCAL_NED is heeded
     zero_is_here: bool = False  # latitude and longitude 0 in a command
     strict_types: bool = True  # PARAM_SET must name the type of the parameter
 

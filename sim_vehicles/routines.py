@@ -120,12 +120,18 @@ def _return_height(pilot: Pilot, i: int, distance_m: float) -> float:
     return min(max(distance_m / tan(radians(half_angle)), lowest), full)
 
 
-def mission(steps: Mapping[Do, StepRoutine], *, ending: str = "Mission finished, {}") -> Make:
+def mission(
+    steps: Mapping[Do, StepRoutine],
+    *,
+    ending: str = "Mission finished, {}",
+    then: Mode | None = None,
+) -> Make:
     """Makes the routine of Mission mode of how each step is flown.
 
     Args:
         steps: the routine of each.
         ending: what is said in the end; "{}": landed or loitering.
+        then: mode to go on in; None: it stays where it is.
     """
 
     def fly_plan(pilot: Pilot, i: int) -> Routine:
@@ -133,7 +139,9 @@ def mission(steps: Mapping[Do, StepRoutine], *, ending: str = "Mission finished,
         if ending:
             place = "landed" if pilot.status.landed[i] else "loitering"
             pilot.say(i, _INFO, ending.format(place))
-        if not pilot.legs.has_place(i):
+        if then is not None and not pilot.status.landed[i]:
+            pilot.switch(i, then)
+        elif not pilot.legs.has_place(i):
             stay(pilot, i)
         yield
 

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from planners.terrain import Terrain
-from sim_vehicles import px4_parameters
 from sim_vehicles.ardupilot.pilot import ArduPilot
+from sim_vehicles.ardupilot.plane import ArduPlane
 from sim_vehicles.autopilot import Autopilot
 from sim_vehicles.codec import Counts, decode
 from sim_vehicles.craft import Craft
@@ -28,7 +28,14 @@ from sim_vehicles.telemetry import Telemetry
 
 _TICK_S: Final = 0.1  # of the autopilots' navigation and timers
 _LONGEST: Final = 1400  # bytes of a datagram made of several
-PILOTS: Final[Mapping[str, type[Autopilot]]] = {"px4": Autopilot, "ardupilot": ArduPilot}
+PILOTS: Final[Mapping[tuple[str, str], type[Autopilot]]] = {
+    ("px4", "multirotor"): Autopilot,
+    ("px4", "rover"): Autopilot,
+    ("px4", "plane"): Autopilot,
+    ("ardupilot", "multirotor"): ArduPilot,
+    ("ardupilot", "rover"): ArduPilot,
+    ("ardupilot", "plane"): ArduPlane,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,12 +112,11 @@ class Squad:
         self._step_s = self._step_us * 1e-6
         self._tick_us = max(round(_TICK_S * 1e6) // self._step_us, 1) * self._step_us
 
-        hidden = px4_parameters.HIDDEN
-        table = Parameters(craft.parameters, n, hidden=hidden, derive=craft.derive)
+        table = Parameters(craft.parameters, n, hidden=craft.hidden, derive=craft.derive)
         table.override(around.parameters)
         for i, system in enumerate(self.systems):
             table.set(i, craft.flavour.id_parameter, system)
-        self.pilot = PILOTS[craft.autopilot](
+        self.pilot = PILOTS[craft.autopilot, craft.kind](
             craft,
             self.systems,
             self._model.states,

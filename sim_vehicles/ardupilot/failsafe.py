@@ -43,6 +43,16 @@ class ArduPilotFailsafes(Failsafes):
         pass  # the cause was told
 
 
+class PlaneFailsafes(ArduPilotFailsafes):
+    """Of aircraft: what stops others makes them loiter, or return."""
+
+    modes: Mapping[Action, Mode] = {
+        Action.HOLD: Mode.HOLD,
+        Action.RETURN: Mode.RETURN,
+        Action.LAND: Mode.RETURN,
+    }
+
+
 class RoverFailsafes(ArduPilotFailsafes):
     """Of ground vehicles: where others land, or brake, they hold."""
 

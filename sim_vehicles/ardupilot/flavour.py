@@ -14,6 +14,18 @@ from sim_vehicles.streams import Fill
 
 _FAILED: Final[int] = mav.MAV_RESULT_FAILED
 
+_ANSWERS: Final = Answers(
+    refused=_FAILED,
+    no_mode=_FAILED,
+    no_message=_FAILED,
+    no_arming=int(mav.MAV_RESULT_UNSUPPORTED),
+    long_frame=int(mav.MAV_FRAME_GLOBAL_RELATIVE_ALT),
+    asks_for="MISSION_REQUEST",
+    whole_vectors=True,
+    zero_is_here=True,
+    strict_types=False,
+)
+
 
 class ArduPilot:
     """One of ArduPilot's vehicles.
@@ -24,21 +36,11 @@ class ArduPilot:
         capabilities: MAV_PROTOCOL_CAPABILITY bits, without the file transfer that is not here.
         states: MAV_STATE by what it does.
         frame: a text about the frame.
+        local_setpoints: it heeds SET_POSITION_TARGET_LOCAL_NED.
     """
 
     autopilot: Final[int] = mav.MAV_AUTOPILOT_ARDUPILOTMEGA
     version: Final = 67503103  # 4.6.3, a release
-    answers: Final = Answers(
-        refused=_FAILED,
-        no_mode=_FAILED,
-        no_message=_FAILED,
-        no_arming=int(mav.MAV_RESULT_UNSUPPORTED),
-        long_frame=int(mav.MAV_FRAME_GLOBAL_RELATIVE_ALT),
-        asks_for="MISSION_REQUEST",
-        whole_vectors=True,
-        zero_is_here=True,
-        strict_types=False,
-    )
     home_first: Final = True
     fills: Final[Mapping[str, Fill]] = FILLS
     intervals_us: Final[Mapping[str, int]] = INTERVALS_US
@@ -52,9 +54,12 @@ class ArduPilot:
         capabilities: int,
         states: States,
         frame: str = "",
+        *,
+        local_setpoints: bool = True,
     ) -> None:
         self._modes = modes
         self._by_number = {number: mode for mode, (number, _) in modes.items()}
+        self.answers = _ANSWERS._replace(local_setpoints=local_setpoints)
         self.capabilities = capabilities
         self.states = states
         self.greeting = (f"{name} V4.6.3 (simulated)", *((frame,) if frame else ()))

@@ -54,9 +54,13 @@ class ArduPilot(Autopilot):
                 self.legs.start_following(i, _STOP)
         for i, (x, y, _) in list(self._targets.items()):
             hx, hy, _ = self.place(i)
-            if hypot(x - hx, y - hy) <= self.parameters.get(i, "NAV_ACC_RAD"):
+            if hypot(x - hx, y - hy) <= self._near_m(i):
                 del self._targets[i]
                 self.status.told.append(Reached(i, 0))
+
+    def _near_m(self, i: int) -> float:
+        """How near to its target it has arrived."""
+        return self.parameters.get(i, "NAV_ACC_RAD")
 
     def _wake(self, t_us: int) -> None:
         """Tell of the estimate, once it is there, or that it is not."""
@@ -95,6 +99,10 @@ class ArduPilot(Autopilot):
     # -- arming ------------------------------------------------------------------------
 
     @property
+    def _arming(self) -> str:
+        return "Throttle armed" if self._drives else "Arming motors"
+
+    @property
     def _disarming(self) -> str:
         return "Throttle disarmed" if self._drives else "Disarming motors"
 
@@ -122,7 +130,7 @@ class ArduPilot(Autopilot):
         self.status.home[i] = self.states.position[i]
         self.status.home_yaw[i] = self.states.yaw[i]
         self.status.flown[i] = False
-        self.say(i, _INFO, "Throttle armed" if self._drives else "Arming motors")
+        self.say(i, _INFO, self._arming)
         if self.has_home(i):
             self._show_home(i)
         self._set_armed(i)

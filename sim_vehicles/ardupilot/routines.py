@@ -128,7 +128,8 @@ _NAMES: Final[Mapping[Do, str]] = {
 }
 
 
-def _all_told(steps: Mapping[Do, StepRoutine]) -> Mapping[Do, StepRoutine]:
+def all_told(steps: Mapping[Do, StepRoutine]) -> Mapping[Do, StepRoutine]:
+    """Steps with the texts that go with them."""
     return {do: _told(_NAMES[do], fly) if do in _NAMES else fly for do, fly in steps.items()}
 
 
@@ -153,7 +154,7 @@ _HELD: Final[Mapping[Mode, Make]] = {
 
 COPTER: Final[Mapping[Mode, Make]] = {
     **_HELD,
-    Mode.MISSION: mission(_all_told(_COPTER_STEPS), ending=""),
+    Mode.MISSION: mission(all_told(_COPTER_STEPS), ending=""),
     Mode.RETURN: return_home,
     Mode.LAND: land,
 }
@@ -161,7 +162,7 @@ COPTER: Final[Mapping[Mode, Make]] = {
 
 ROVER: Final[Mapping[Mode, Make]] = {
     **_HELD,
-    Mode.MISSION: mission(_all_told(_ROVER_STEPS), ending="Mission Complete"),
+    Mode.MISSION: mission(all_told(_ROVER_STEPS), ending="Mission Complete"),
     Mode.RETURN: drive_home,
 }
 """What ArduRover does by itself."""

@@ -7,6 +7,7 @@ Rule 3: a download is stateless: every request is answered for itself.
 
 from __future__ import annotations
 
+from math import nan
 from typing import Final
 
 from sim_vehicles.codec import Packet, mav
@@ -27,6 +28,7 @@ _TOTALS: Final[dict[int, str]] = {
 }
 """Parameters that hold how many items there are, where the autopilot has them."""
 _ALL: Final[int] = mav.MAV_MISSION_TYPE_ALL
+_GUIDED: Final = 2  # in ``current``
 _MOST: Final = 2000  # items of one type
 _ASK_AGAIN_US: Final = 250_000
 _GIVE_UP_US: Final = 5_000_000
@@ -59,6 +61,9 @@ def on_item(endpoint: Endpoint, packet: Packet) -> None:
     """MISSION_ITEM_INT or MISSION_ITEM: the one asked for is taken, others are not."""
     message, peer = packet.message, (packet.system, packet.component)
     upload = endpoint.upload
+    if endpoint.services.flavour.home_first and message.current == _GUIDED:
+        _ack(endpoint, peer, _go_there(endpoint, Item.read(message)), message.mission_type)
+        return
     if upload is None:
         # our last acknowledgement was lost
         if endpoint.uploaded == (peer, message.mission_type, message.seq + 1):
@@ -85,6 +90,17 @@ def on_item(endpoint: Endpoint, packet: Packet) -> None:
     if result == mav.MAV_MISSION_ACCEPTED:
         endpoint.uploaded = peer, upload.mission_type, upload.count
     _ack(endpoint, peer, result, upload.mission_type)
+
+
+def _go_there(endpoint: Endpoint, item: Item) -> int:
+    """An item that is no part of a mission, but a place for ArduPilot's Guided mode."""
+    pilot, i, origin = endpoint.pilot, endpoint.index, endpoint.services.origin
+    result = why_not(item, int(mav.MAV_MISSION_TYPE_MISSION), any_frame=True)
+    if result != mav.MAV_MISSION_ACCEPTED:
+        return result
+    there = place(item, origin, float(pilot.status.home[i, 2]))
+    refusal = pilot.reposition(i, there, nan, may_change=False)
+    return int(mav.MAV_MISSION_ACCEPTED if refusal is None else mav.MAV_MISSION_ERROR)
 
 
 def go_on(endpoint: Endpoint) -> bool:

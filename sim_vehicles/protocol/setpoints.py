@@ -36,6 +36,8 @@ def on_local(endpoint: Endpoint, packet: Packet) -> None:
     Body frames: position from the vehicle, in its heading; velocity in its heading. Yaw is
     from north in all frames, as PX4 takes it.
     """
+    if not endpoint.services.flavour.answers.local_setpoints:
+        return
     message = packet.message
     frame = message.coordinate_frame
     if frame != _NED and frame not in _OFFSET:

@@ -211,19 +211,20 @@ def _course(pilot: Pilot, i: int) -> float:
     return atan2(vy, vx) if hypot(vx, vy) > 1.0 else pilot.yaw(i)
 
 
-_FLOWN: Final[Mapping[Do, StepRoutine]] = {
+FLOWN: Final[Mapping[Do, StepRoutine]] = {
     **STEPS,
     Do.TAKE_OFF: _step_take_off,
     Do.GO: _step_go,
     Do.STAY: _step_stay,
     Do.LAND: _step_land,
 }
+"""How an aircraft flies each step of a mission."""
 
 WINGED: Final[Mapping[Mode, Make]] = {
     **ROUTINES,
     Mode.TAKEOFF: take_off,
     Mode.HOLD: hold,
-    Mode.MISSION: mission(_FLOWN),
+    Mode.MISSION: mission(FLOWN),
     Mode.RETURN: return_home,
     Mode.LAND: land,
 }

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from sim_vehicles.ardupilot.crafts import COPTER, COPTER_MODES, ROVER, ROVER_MODES
+from sim_vehicles.ardupilot.crafts import (
+    COPTER,
+    COPTER_MODES,
+    PLANE,
+    PLANE_MODES,
+    ROVER,
+    ROVER_MODES,
+)
 from sim_vehicles.modes import Mode
 
 FAILED, DENIED, UNSUPPORTED = 4, 2, 3
@@ -29,7 +36,9 @@ def up(gcs, height_m=10.0):
     gcs.fly(1)
 
 
-@pytest.mark.parametrize(("craft", "modes"), [(COPTER, COPTER_MODES), (ROVER, ROVER_MODES)])
+@pytest.mark.parametrize(
+    ("craft", "modes"), [(COPTER, COPTER_MODES), (ROVER, ROVER_MODES), (PLANE, PLANE_MODES)]
+)
 def test_modes_have_numbers_both_ways(craft, modes):
     assert set(craft.modes) == set(modes)
     for mode in modes:

@@ -11,6 +11,8 @@ FACES = [
     ("px4", "rover"),
     ("ardupilot", "multirotor"),
     ("ardupilot", "rover"),
+    ("px4", "plane"),
+    ("ardupilot", "plane"),
 ]
 
 

@@ -1,0 +1,163 @@
+"""ArduPlane: it loiters where others hover, and takes off in a mode of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import cos, degrees, inf, isfinite, nan, pi, radians, sin
+from typing import Final
+
+import numpy as np
+
+from sim_vehicles.ardupilot.failsafe import PlaneFailsafes
+from sim_vehicles.ardupilot.pilot import ArduPilot
+from sim_vehicles.ardupilot.routines import all_told
+from sim_vehicles.arming import Refusal
+from sim_vehicles.dynamics.plane import PlaneLimits
+from sim_vehicles.failsafe import Failsafes
+from sim_vehicles.legs import Asked
+from sim_vehicles.modes import Mode
+from sim_vehicles.pilot import Pilot, Routine
+from sim_vehicles.plans import Do, Step
+from sim_vehicles.px4_parameters import HIDDEN as _HIDDEN
+from sim_vehicles.routines import Make, mission, refuge
+from sim_vehicles.winged import PX4
+from sim_vehicles.winged.routines import FLOWN, legs_of
+
+_INFO: Final = 6
+_AHEAD_M: Final = 1e4  # as far as a course is held
+_NAMES: Final = frozenset(each.name for each in PX4)
+HIDDEN: Final = (*PX4, *(each for each in _HIDDEN if each.name not in _NAMES))
+LIMITS: Final = PlaneLimits(
+    slowest_m_s=10.0,
+    trim_m_s=22.0,
+    fastest_m_s=30.0,
+    bank_rad=radians(45.0),
+    rotate_m_s=12.0,
+)
+"""Of the aircraft that ArduPilot simulates, near enough."""
+
+
+class ArduPlane(ArduPilot):
+    """Aircraft under ArduPilot."""
+
+    def _watch(self) -> Failsafes:
+        super()._watch()
+        return PlaneFailsafes(self)
+
+    @property
+    def _arming(self) -> str:
+        return "Throttle armed"
+
+    @property
+    def _disarming(self) -> str:
+        return "Throttle disarmed"
+
+    def take_off(self, i: int, height_m: float = nan) -> Refusal | None:
+        """Only by the mode of that name, or in a mission."""
+        return Refusal("")
+
+    def follow(self, i: int, asked: Asked) -> None:
+        """A place to fly round; velocities are passed over."""
+        if isfinite(asked[0]) and not self.status.landed[i]:
+            super().follow(i, (*asked[:3], nan, nan, nan, nan, nan))
+            self._targets[i] = asked[:3]
+
+    def _why_not_change(self, i: int, mode: Mode) -> str | None:
+        if not self.status.armed[i]:
+            return None
+        if self.modes[mode].needs_position and self.now_us < self.status.ready_us[i]:
+            return "requires position"
+        return "init failed" if mode is Mode.MISSION and len(self.plans[i].steps) < 2 else None
+
+    def _may_arm_in_auto(self, i: int) -> bool:
+        return True
+
+    def may_start(self, i: int) -> bool:
+        return True
+
+    def _towards(self, i: int, asked: Asked) -> float:
+        return nan
+
+    def _near_m(self, i: int) -> float:
+        return 1.5 * abs(self.parameters.get(i, "NAV_LOITER_RAD"))
+
+    def _disarm_late(self, t_us: int) -> None:
+        status = self.status
+        idle = status.armed & status.landed & status.flown
+        if not idle.any():
+            return
+        wait_s = self.parameters.column("LAND_DISARMDELAY")
+        idle &= (wait_s > 0) & (t_us - status.landed_us >= wait_s * 1e6)
+        for i in np.flatnonzero(idle).tolist():
+            self.stop_motors(i, self._disarming)
+
+
+def _take_off(pilot: Pilot, i: int) -> Routine:
+    """Climb straight ahead to TKOFF_ALT, then round the point at TKOFF_DIST."""
+    legs, (x, y, z) = legs_of(pilot), pilot.place(i)
+    yaw, height = pilot.yaw(i), pilot.parameters.get(i, "TKOFF_ALT")
+    distance = pilot.parameters.get(i, "TKOFF_DIST")
+    top = max(float(pilot.status.home[i, 2]) + height, z)
+    if pilot.status.landed[i]:
+        heading = degrees(pi / 2 - yaw) % 360.0
+        pilot.say(
+            i, _INFO, f"Takeoff to {height:.0f}m for {distance:.1f}m heading {heading:.1f} deg"
+        )
+        legs.climb_out(i, top)
+        yield
+    legs.set_circle(i, nan)
+    legs.go(i, (x + distance * cos(yaw), y + distance * sin(yaw), top), nan)
+    yield
+
+
+def _loiter(pilot: Pilot, i: int) -> Routine:
+    """Round the place where it is."""
+    pilot.take_goal(i)
+    legs_of(pilot).set_circle(i, nan)
+    legs_of(pilot).go(i, pilot.place(i), nan)
+    yield
+
+
+def _straight(pilot: Pilot, i: int) -> Routine:
+    """Nobody touches the sticks: on the way it has, at the height it has."""
+    x, y, z = pilot.place(i)
+    if pilot.status.landed[i]:
+        legs_of(pilot).go(i, (x, y, z), nan)
+    else:
+        yaw = pilot.yaw(i)
+        end = x + _AHEAD_M * cos(yaw), y + _AHEAD_M * sin(yaw), z
+        legs_of(pilot).line(i, (x, y, z), end, radius_m=inf)
+    yield
+
+
+def _return(pilot: Pilot, i: int) -> Routine:
+    """To RTL_ALTITUDE over home, or a rally point, and round it for good."""
+    get = pilot.parameters.get
+    hx, hy, hz = refuge(pilot, i, get(i, "RALLY_LIMIT_KM") * 1e3)
+    height, radius = get(i, "RTL_ALTITUDE"), get(i, "RTL_RADIUS")
+    top = hz + height if height >= 0 else pilot.place(i)[2]
+    legs_of(pilot).set_circle(i, -radius if radius else nan)
+    legs_of(pilot).go(i, (hx, hy, top), nan)
+    yield
+
+
+def _step_return(pilot: Pilot, i: int, step: Step) -> Routine:
+    yield from _return(pilot, i)
+    while not pilot.status.landed[i]:
+        yield
+
+
+ROUTINES: Final[Mapping[Mode, Make]] = {
+    Mode.MANUAL: _straight,
+    Mode.ALTITUDE: _straight,
+    Mode.POSITION: _straight,
+    Mode.HOLD: _loiter,
+    Mode.TAKEOFF: _take_off,
+    Mode.RETURN: _return,
+    Mode.MISSION: mission(
+        all_told({**FLOWN, Do.RETURN: _step_return}),
+        ending="Mission complete, changing mode to RTL",
+        then=Mode.RETURN,
+    ),
+}
+"""What ArduPlane does by itself; in Guided it flies round the place it was sent to."""
