@@ -138,7 +138,9 @@ class Agent:
         if shines:
             effects.append(Shine(Beacon(self.plan.agent, t_us, position, velocity)))
         if speaks:
-            payload = self.goal.payload if self.goal else b""
+            # Who does not search any more is no part of the planners' plans.
+            searches = self.phase is Phase.SEARCH
+            payload = self.goal.payload if self.goal and searches else b""
             effects.append(Publish(self._telling.frame(t_us, position, velocity, payload)))
         return effects
 

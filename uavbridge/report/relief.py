@@ -53,4 +53,5 @@ def draw_members(
         if when is not None:
             axes.plot(when, target + 1, "*", ms=9, color=_STAR, mec=_INK, mew=0.6)
     axes.set_yticks(range(1, len(found_at) + 1))
+    axes.set_ylim(0.5, len(found_at) + 1.2)
     axes.set_ylabel("target")
