@@ -131,6 +131,11 @@ class Mission(Table, frozen=True):
             safety.speed_m_s, safety.climb_m_s, safety.altitude_min_m, safety.altitude_max_m
         )
 
+    @property
+    def only_flies(self) -> bool:
+        """Whether there is nothing to find, and all begin and end in the air."""
+        return self.fleet.in_air and not self.targets
+
     def team(self) -> tuple[Member, ...]:
         """All agents by ascending id, with starts and search altitudes settled.
 

@@ -73,7 +73,9 @@ def _result(collected: Collected, whole: Opened) -> MissionResult:
         clock=whole.head.clock,
         duration_s=to_s(collected.last_us),
         wall_s=summary.wall_s if summary else 0.0,
-        reached_goal=(enough or by_signal) and found == len(targets),
+        reached_goal=_flown(collected, mission)
+        if mission.only_flies
+        else (enough or by_signal) and found == len(targets),
         grid=mission.grid,
         series=series,
         tracks={agent: collected.track(agent) for agent in sorted(collected.tracks)},
@@ -83,6 +85,8 @@ def _result(collected: Collected, whole: Opened) -> MissionResult:
         terrain=_terrain(mission),
         climb_rad=np.nan if mission.ground is None else mission.ground.beta_rad,
         planes=any(member.kind == "plane" for member in mission.team()),
+        layers=dict(sorted(collected.layers.items())),
+        columns=mission.all_columns(),
         alliances=None if collected.rosters is None else collected.rosters.alliances(),
         coverage=np.nan if by_signal else _last(series.coverage),
         uncertainty=np.nan if by_signal else _last(series.uncertainty),
@@ -103,6 +107,12 @@ def _result(collected: Collected, whole: Opened) -> MissionResult:
         digest=recording.digest(),
         out=str(recording.path.parent),
     )
+
+
+def _flown(collected: Collected, mission: Mission) -> bool:
+    """Whether a team that had nothing to find flew on to the end."""
+    phases = {report.phase for report in collected.reports.values()}
+    return len(collected.reports) == mission.vehicles and phases == {Phase.ALOFT.value}
 
 
 def _series(scores: Scores) -> Series:

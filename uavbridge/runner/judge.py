@@ -150,7 +150,13 @@ class Judge:
 
     @property
     def goal_reached(self) -> bool:
-        """Every target found, and enough of the area seen, where cells are looked at."""
+        """Every target found, and enough of the area seen, where cells are looked at.
+
+        Where there is nothing to find and all begin in the air: all flew on to the end.
+        """
+        if self.mission.only_flies:
+            phases = {report.phase for report in self.reports.values()}
+            return len(self.reports) == len(self._team) and phases == {Phase.ALOFT.value}
         if self.mission.signals is not None:
             return self.found == len(self.mission.targets)
         enough = self.seen_share >= self.mission.coverage_goal

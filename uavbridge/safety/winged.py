@@ -25,6 +25,7 @@ STEP_S: Final = 0.5
 AHEAD_S: Final = 10.0  # of ground, fence and ceiling: a half circle at 50 m/s takes as long
 MEETING_S: Final = 2.5  # of other vehicles
 SPARE_M: Final = 2.0  # beyond the separation, for what others do meanwhile
+LEVEL_S: Final = 2.0  # after which a sinking, or a climb to the ceiling, can end
 LAG_S: Final = 0.3  # of the bank
 BANK_RAD: Final = 0.8
 FASTER_M_S2: Final = 4.0
@@ -38,6 +39,7 @@ _BENDS: Final = np.array(
 _PACES: Final = np.array((0.0, -8.0, 8.0))
 _TIMES: Final[F64] = np.arange(1.0, AHEAD_S / STEP_S + 1.0) * STEP_S
 _MEETINGS: Final = round(MEETING_S / STEP_S)
+_LEVELLED: Final = round(LEVEL_S / STEP_S)
 _NAMES: Final = ("separation", "ground", "fence", "altitude")
 _WEIGHTS: Final = np.array((1e4, 1e3, 1e2, 1e2))  # of a metre too near
 _CLEAR_M: Final = 1e-6
@@ -90,7 +92,7 @@ def constrain(
 
 
 def _choices(course: float, climb: float, speed: float, e: Envelope) -> Choices:
-    climbs = np.array((climb, e.climb_m_s, 0.5 * e.climb_m_s, 0.0, -e.sink_m_s))
+    climbs = np.array((climb, e.climb_m_s, 0.5 * e.climb_m_s, 0.0, -0.3 * e.sink_m_s, -e.sink_m_s))
     paces = np.clip(speed + _PACES, e.slowest_m_s, e.speed_m_s)
     grid = np.meshgrid(course + _BENDS, climbs, paces, indexing="ij")
     return Choices(*(part.ravel() for part in grid))
@@ -132,7 +134,7 @@ def _lacks(
         ground = e.terrain.height_at(track)
     above = track[..., 2] - ground
     out[:, 1] = np.maximum(floor_m - above, 0.0).max(axis=1)
-    out[:, 3] = np.maximum(above - e.altitude_max_m, 0.0).max(axis=1)
+    out[:, 3] = np.maximum(above - e.altitude_max_m, 0.0)[:, :_LEVELLED].max(axis=1)
     low, high = np.array((e.west_m, e.south_m)), np.array((e.east_m, e.north_m))
     beyond = np.maximum(low - track[..., :2], track[..., :2] - high)
     out[:, 2] = np.maximum(beyond, 0.0).max(axis=(1, 2))
@@ -149,7 +151,10 @@ def _flown(choices: Choices, position: Vector, velocity: Vector) -> F64:
     most = FASTER_M_S2 * _TIMES
     speed = pace + np.clip(choices.speed[:, None] - pace, -most, most)
     lift = LIFT_M_S2 * _TIMES
-    climb = velocity[2] + np.clip(choices.climb[:, None] - velocity[2], -lift, lift)
+    asked = choices.climb[:, None]
+    climb = velocity[2] + np.clip(asked - velocity[2], -lift, lift)
+    later = LIFT_M_S2 * np.maximum(_TIMES - LEVEL_S, 0.0)  # who sinks can level off
+    climb = np.where(asked < 0.0, np.minimum(climb + later, np.maximum(climb, 0.0)), climb)
     steps = np.stack((speed * np.cos(course), speed * np.sin(course), climb), axis=-1)
     first = np.broadcast_to(np.array(velocity), (len(steps), 1, 3))
     before = np.concatenate((first, steps[:, :-1]), axis=1)

@@ -126,3 +126,15 @@ def test_the_fence_turns_it_back():
     )  # fmt: skip
     track, _ = flown([(0.0, 0.0, 100.0)], [0.3], lambda k, at: (50.0, 10.0, 0.0), envelope, 60.0)
     assert np.abs(track[..., :2]).max() < 815.0
+
+
+def test_it_comes_down_to_the_lowest_height_and_no_lower():
+    track, _ = flown([(0, 0, 100)], [0.0], lambda k, at: (35.0, 0.0, -6.0), OPEN, 40.0)
+    assert track[-1, 0, 2] == pytest.approx(23.0, abs=5.0)
+    assert track[:, 0, 2].min() > 18.0
+
+
+def test_it_climbs_to_the_ceiling_and_no_higher():
+    track, _ = flown([(0, 0, 330)], [0.0], lambda k, at: (35.0, 0.0, 8.0), OPEN, 40.0)
+    assert track[-1, 0, 2] == pytest.approx(390.0, abs=15.0)
+    assert track[:, 0, 2].max() < 405.0
