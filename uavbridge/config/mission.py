@@ -198,6 +198,10 @@ class Mission(Table, frozen=True):
         rows = [(*each.position, each.radius_m) for each in self.obstacles if each.known == known]
         return np.array(rows, np.float64).reshape(-1, 3)
 
+    def all_columns(self) -> F64:
+        """No-fly columns (k, 3), known before or not."""
+        return np.concatenate((self.columns(known=True), self.columns(known=False)))
+
     def stigmergy(self) -> Pheromones | None:
         """Who keeps the pheromone maps; None: nobody."""
         if self.pheromones is None and self.planner in PLANNERS:

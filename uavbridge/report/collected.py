@@ -12,6 +12,7 @@ from planners.types import F64
 from uavbridge.agent.phases import Phase
 from uavbridge.agent.report import AgentReport
 from uavbridge.bus.api import Sample
+from uavbridge.bus.layers import Layer, decode_layer
 from uavbridge.bus.messages import decode_map
 from uavbridge.bus.wire import decode as decode_frame
 from uavbridge.clock import to_s
@@ -62,6 +63,7 @@ class Collected:
         self.frame_bytes: Counter[int] = Counter()
         self.summary: Summary | None = None
         sensor = SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update)
+        self.layers: dict[str, Layer] = {}  # newest of each name
         self.rosters = Rosters(len(mission.targets)) if mission.planner == PLANNER else None
         self.union = UnionMap(mission.grid, mission.prior(), sensor)
 
@@ -80,6 +82,8 @@ class Collected:
             self.events.append(Event(to_s(t_us), record.text, agent, record.kind))
         elif kind == "air":
             self._frame(int(name), data)
+        elif kind == "layer" and (layer := decode_layer(data)) is not None:
+            self.layers[name] = layer
         elif kind == "past":
             self._recall(data)
         elif kind == "fullmap" and (full := decode_map(data)) is not None:

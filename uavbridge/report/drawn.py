@@ -11,6 +11,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from uavbridge.report import aircraft, figures
+from uavbridge.report.overlays import layers_figure
 from uavbridge.report.result import MissionResult
 
 PNG_DPI = 200
@@ -43,6 +44,11 @@ def drawings(result: MissionResult) -> dict[str, Drawn]:
             "Bytes sent and heard by each agent",
         ),
     }
+    if result.layers:
+        made["layers"] = (
+            layers_figure(result.layers, result.columns),
+            "Layers of numbers over the area, as they were last",
+        )
     if result.alliances is not None:
         made["alliances"] = figures.alliances_figure(result), "Members of suballiances over time"
     if result.planes:

@@ -20,6 +20,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocato
 
 from planners.grid import Grid
 from planners.types import F64
+from uavbridge.report.overlays import draw_columns
 from uavbridge.report.relief import draw_ground, draw_members
 from uavbridge.report.result import AgentResult, MissionResult, Series
 
@@ -52,6 +53,7 @@ def map_figure(result: MissionResult) -> Figure:
     if result.terrain is not None:
         draw_ground(axes, result.terrain, result.climb_rad)
     _unseen(axes, result)
+    draw_columns(axes, result.columns)
     if not result.by_signal:
         _grid_lines(axes, grid)
     _tracks(axes, result.tracks)
@@ -277,6 +279,10 @@ def _map_legend(result: MissionResult) -> list[Line2D | Rectangle]:
     if result.terrain is not None and result.terrain.steepest() > result.climb_rad + 1e-9:
         label = f"slopes above {math.degrees(result.climb_rad):g}°"
         handles.append(Rectangle((0, 0), 1, 1, fc="#d9483b", alpha=0.55, lw=0, label=label))
+    if len(result.columns):
+        handles.append(
+            Rectangle((0, 0), 1, 1, fc="none", ec=RED, hatch="xxxx", lw=0.5, label="no-fly column")
+        )
     if result.seen is not None and not result.seen.all():
         handles.append(
             Rectangle(

@@ -44,6 +44,7 @@ def report_page(result: MissionResult, drawn: Mapping[str, Drawn]) -> str:
     sections = (
         _section("Map", _figure(drawn["map"].svg, _map_caption(result))),
         _section("Progress", _figure(drawn["progress"].svg, _progress_caption(result))),
+        _section("Layers", _layers(drawn)),
         _section("Suballiances", _alliances(drawn)),
         _section("Flight", _flight(drawn)),
         _section("Targets", _targets(result)),
@@ -85,6 +86,9 @@ _PROGRESS_CAPTION = (
     "sum of Liu 2022 (−Σ P log₂ P) rises at first visits. Dotted: a target is declared."
 )
 _FOUND_CAPTION = "Targets that some vehicle came to by their signals."
+_LAYERS_CAPTION = (
+    "Numbers over the area that agents or place agents keep beside the belief, as they were last."
+)
 _ALLIANCES_CAPTION = (
     "Robots on the roster of each target's leader, those of class I (who hear the target "
     "themselves) dark; a star marks when the target was found."
@@ -165,6 +169,10 @@ def _flight(drawn: Mapping[str, Drawn]) -> str:
     return "".join(
         _figure(drawn[name].svg, text) for name, text in captions.items() if name in drawn
     )
+
+
+def _layers(drawn: Mapping[str, Drawn]) -> str:
+    return _figure(drawn["layers"].svg, _LAYERS_CAPTION) if "layers" in drawn else ""
 
 
 def _alliances(drawn: Mapping[str, Drawn]) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 from planners.grid import Grid
 from planners.terrain import Terrain
 from planners.types import F64, I64, Bools
+from uavbridge.bus.layers import Layer
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,6 +105,8 @@ class MissionResult:
     terrain: Terrain | None = None  # None: level ground
     climb_rad: float = float("nan")  # beta of the terrain
     alliances: Alliances | None = None
+    layers: Mapping[str, Layer] = field(default_factory=dict)  # as they were last
+    columns: F64 = field(default_factory=lambda: np.zeros((0, 3)))  # no-fly: x, y, radius in m
     planes: bool = False  # fixed-wing aircraft flew
     agent_beliefs: Mapping[int, F64] = field(default_factory=dict)  # agent: (columns, rows)
     coverage: float = float("nan")

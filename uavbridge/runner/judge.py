@@ -26,7 +26,7 @@ from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.agent.report import AgentReport, decode
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
-from uavbridge.bus.layers import decode_layer
+from uavbridge.bus.layers import Layer, decode_layer
 from uavbridge.bus.messages import decode_truth
 from uavbridge.bus.screening import FUTURE_S, Screening
 from uavbridge.bus.wire import Frame
@@ -126,6 +126,7 @@ class Judge:
         self._truth = bus.subscribe(keys.TRUTH)
         self._orders = bus.subscribe(keys.cmd())
         self._layers = bus.subscribe("layer/**")
+        self.layers: dict[str, Layer] = {}  # newest of each name
         self._simulated = False
         self._began_us = 0
         self._over_us: int | None = None  # when all were called home
@@ -190,8 +191,11 @@ class Judge:
 
     def _keep_layer(self, key: str, data: bytes, t_us: int) -> None:
         """Layers are for people: those who watch now, and those who open the recording."""
-        readable = keys.layer_of(key) and decode_layer(data, self.rejects)
-        if readable and self._recorder:
+        name, layer = keys.layer_of(key), decode_layer(data, self.rejects)
+        if name is None or layer is None:
+            return
+        self.layers[name] = layer
+        if self._recorder:
             self._recorder.write(key, t_us, data)
 
     def _ground(self, ids: tuple[int, ...], position: F64) -> float | F64:

@@ -75,6 +75,8 @@ def result_of(
         terrain=mission.terrain(),
         climb_rad=nan if mission.ground is None else mission.ground.beta_rad,
         planes=any(member.kind == "plane" for member in mission.team()),
+        layers=dict(sorted(judge.layers.items())),
+        columns=mission.all_columns(),
         alliances=None if judge.rosters is None else judge.rosters.alliances(),
         coverage=nan if by_signal else judge.seen_share,
         uncertainty=nan if by_signal else last.uncertainty,
