@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 _TIME_LENGTH = struct.Struct("<qI")
 _U32 = struct.Struct("<I")
@@ -39,6 +39,14 @@ class StreamDigest:
         """Take in one record; ``topic_prefix`` comes from ``prefix``."""
         parts = self._parts
         parts += (topic_prefix, _TIME_LENGTH.pack(t_us, len(data)), data)
+        if len(parts) > _BATCH:
+            self._drain()
+
+    def extend(self, topic_prefix: bytes, t_us: int, records: Iterable[bytes]) -> None:
+        """Take in several records of one time."""
+        parts, pack = self._parts, _TIME_LENGTH.pack
+        for data in records:
+            parts += (topic_prefix, pack(t_us, len(data)), data)
         if len(parts) > _BATCH:
             self._drain()
 

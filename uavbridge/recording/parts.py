@@ -14,16 +14,14 @@ from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
 
-from mcap.writer import CompressionType, Writer
-
 from uavbridge.clock import SECOND_US
+from uavbridge.recording.chunks import ChunkedFile
 from uavbridge.recording.topics import topic_kind
 
 MCAP_NAME = "mission.mcap"
 METADATA_NAME = "uavbridge"
 FORMAT = 1  # of recordings; those without this number are older and read the same
 HEAD = "mission"  # the topic that every part begins with
-_CHUNK_BYTES = 512 * 1024
 
 _log = logging.getLogger(__name__)
 
@@ -101,7 +99,7 @@ class PartWriter:
         try:
             self._add(topic, t_us, data)
             if t_us >= self._flush_us:
-                self._writer.flush()  # type: ignore[no-untyped-call]
+                self._file.flush()
                 self._flush_us = t_us + SECOND_US
                 if self._rotation.due(self._stream.tell(), t_us - self._began_us):
                     self._rotate(t_us)
@@ -123,9 +121,9 @@ class PartWriter:
         self._stream = stream
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
-        self._writer = Writer(stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.LZ4)
-        self._writer.start(library=f"uavbridge {self._metadata['version']}")
-        self._writer.add_metadata(METADATA_NAME, {**self._metadata, "part": str(self._number)})
+        facts = {**self._metadata, "part": str(self._number)}
+        library = f"uavbridge {self._metadata['version']}"
+        self._file = ChunkedFile(stream, library, METADATA_NAME, facts)
 
     def _add(self, topic: str, t_us: int, data: bytes) -> None:
         channel = self._channels.get(topic)
@@ -133,15 +131,13 @@ class PartWriter:
             channel = self._channels[topic] = self._register(topic)
             if topic == HEAD:
                 self._head = t_us, data
-        date_ns = self._epoch_ns + t_us * 1000
-        self._writer.add_message(channel, date_ns, data, date_ns)
+        self._file.add(channel, self._epoch_ns + t_us * 1000, data)
 
     def _register(self, topic: str) -> int:
         kind = topic_kind(topic)
         if kind.name not in self._schemas:
-            self._schemas[kind.name] = self._writer.register_schema(*kind.schema())
-        number: int = self._writer.register_channel(topic, kind.encoding, self._schemas[kind.name])
-        return number
+            self._schemas[kind.name] = self._file.schema(*kind.schema())
+        return self._file.channel(topic, kind.encoding, self._schemas[kind.name])
 
     def _rotate(self, t_us: int) -> None:
         if self._stream is not None:
@@ -153,7 +149,7 @@ class PartWriter:
             self._add(HEAD, *self._head)
 
     def _finish(self, stream: BufferedWriter) -> None:
-        self._writer.finish()  # type: ignore[no-untyped-call]
+        self._file.finish()
         stream.close()
 
     def _lose(self, fault: OSError) -> None:

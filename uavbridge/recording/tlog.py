@@ -66,10 +66,13 @@ class TlogWriter:
 
     def write(self, t_us: int, data: bytes) -> None:
         """Log one frame, or a datagram of several, sent or received at mission time ``t_us``."""
-        if data and frame_length(data) == len(data):
-            self._frame(t_us, data)
-        else:
-            self._datagram(t_us, data)
+        frames = [data] if data and frame_length(data) == len(data) else self._split(data)
+        self.frames += len(frames)
+        self._digest.extend(self._prefix, t_us, frames)
+        if self._file is not None:
+            date = _DATE.pack(self._epoch_us + t_us)
+            for frame in frames:
+                self._parts += (date, frame)
         if t_us >= self._flush_us:
             self.flush()
             self._flush_us = t_us + SECOND_US
@@ -96,20 +99,16 @@ class TlogWriter:
             self._file.close()
             self._file = None
 
-    def _frame(self, t_us: int, frame: bytes) -> None:
-        self.frames += 1
-        self._digest.add(self._prefix, t_us, frame)
-        if self._file is not None:
-            self._parts += (_DATE.pack(self._epoch_us + t_us), frame)
-
-    def _datagram(self, t_us: int, data: bytes) -> None:
-        at = 0
+    def _split(self, data: bytes) -> list[bytes]:
+        """The frames of a datagram."""
+        at, frames = 0, []
         while length := frame_length(data, at):
-            self._frame(t_us, data[at : at + length])
+            frames.append(data[at : at + length])
             at += length
         if at < len(data):
             self.noise_bytes += len(data) - at
             log.debug("tlog: %d bytes are no MAVLink frame", len(data) - at)
+        return frames
 
 
 def read_tlog(path: Path, epoch_us: int) -> Iterator[tuple[int, bytes]]:

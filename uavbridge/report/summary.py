@@ -34,11 +34,12 @@ class AgentSummary(Struct, frozen=True):
     frames_heard: int
     bytes_sent: int
     bytes_heard: int
-    bytes_offered: int
-    map_bytes_sent: int
-    dropped: dict[str, int]  # frames, by reason
-    dropped_bytes: dict[str, int]
-    rejected: dict[str, int]
+    # What summaries of older recordings lack has a default.
+    bytes_offered: int = 0
+    map_bytes_sent: int = 0
+    dropped: dict[str, int] = {}  # frames, by reason
+    dropped_bytes: dict[str, int] = {}
+    rejected: dict[str, int] = {}
 
 
 class Death(Struct, frozen=True):
@@ -49,7 +50,7 @@ class Death(Struct, frozen=True):
     back_s: float | None
 
 
-class Summary(Struct, frozen=True):
+class Summary(Struct, frozen=True, kw_only=True):
     """``summary.json``: numbers that are not known are null."""
 
     mission: str
@@ -65,10 +66,10 @@ class Summary(Struct, frozen=True):
     agents: list[AgentSummary]
     min_separation_m: float | None
     failures: list[str]
-    deaths: list[Death]
+    deaths: list[Death] = []
     digest: str
     out: str
-    radio: str  # what was emulated of it
+    radio: str = ""  # what was emulated of it
 
 
 def summarise(result: MissionResult) -> Summary:
