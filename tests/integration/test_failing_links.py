@@ -1,7 +1,6 @@
 """Missions whose bridge, links or vehicles fail, on real sockets."""
 
-import socket
-import threading
+import re
 import time
 
 import numpy as np
@@ -9,6 +8,7 @@ import pytest
 
 from tests.integration.bridge import HOLD, RTL, Pilot, bridge
 from tests.integration.missions import SMALL, document, launch, write
+from tests.integration.relay import relay
 from tests.integration.simulator import free_port, simulator
 
 pytestmark = pytest.mark.integration
@@ -50,3 +50,107 @@ def test_a_killed_bridge_is_followed_by_one_that_goes_on(tmp_path):
         assert int(np.frombuffer(np.float32(pilot.ask("NAV_DLL_ACT")).tobytes(), "i4")[0]) == 0
         pilot.close()
     assert (out / "mission-2.mcap").exists()
+
+
+def test_a_third_lost_and_the_rest_doubled_reordered_and_corrupted(tmp_path):
+    port = free_port()
+    with relay(port) as bad, simulator("--speed", "4", port=bad.port):
+        bad.loss, bad.trouble = 0.3, 0.4
+        done = launch(
+            write(tmp_path), "--vehicles", 1, "--connect", f"udpin:127.0.0.1:{port}",
+            "--duration", 25, "--json", "--out", tmp_path / "o",
+        )  # fmt: skip
+    assert [agent["state"] for agent in document(done)["agents"]] == ["landed"], done.stderr
+    assert document(done)["failures"] == []
+
+
+def test_a_vehicle_that_falls_silent_costs_only_itself_and_comes_home(tmp_path):
+    port = free_port()
+    with (
+        relay(port) as bad,
+        simulator(*SPEED, "--start-system", "7", port=bad.port),
+        simulator("--tcp", *SPEED) as other,
+        bridge(
+            tmp_path / "o", write(tmp_path), "--vehicles", 2, "--duration", 60,
+            "--connect", f"udpin:127.0.0.1:{port}", "--connect", tcp(other),
+        ) as flown,
+    ):  # fmt: skip
+        flown.until("agent 1: search")
+        bad.down = True
+        flown.until("agent 1: vehicle silent for")
+        summary = flown.end()
+    states = [agent["state"] for agent in summary["agents"]]
+    assert states == ["failed", "landed"]
+    assert len(summary["failures"]) == 1
+
+
+def test_offboard_that_drops_out_is_yielded_not_taken_back(tmp_path):
+    port = free_port()
+    with (
+        relay(port) as bad,
+        simulator(*SPEED, port=bad.port),
+        bridge(
+            tmp_path / "o", write(tmp_path, LONG), "--vehicles", 1,
+            "--connect", f"udpin:127.0.0.1:{port}",
+        ) as flown,
+    ):  # fmt: skip
+        flown.until("agent 1: search")
+        bad.deaf = True  # our setpoints do not arrive, its telemetry does
+        flown.until("agent 1: vehicle went to AUTO.LOITER: yielded")
+        bad.deaf = False
+        time.sleep(1.0)
+        assert flown.command("takeover", "--agent", 1)[0]["ok"]
+        flown.interrupt()  # Ctrl-C: home, and the net put back
+        summary = flown.end()
+    assert [agent["state"] for agent in summary["agents"]] == ["landed"]
+
+
+def test_a_reboot_in_flight_is_told(tmp_path):
+    port = free_port()
+    with (
+        relay(port) as before,
+        relay(port) as after,
+        simulator(*SPEED, port=before.port),
+        bridge(
+            tmp_path / "o", write(tmp_path, LONG), "--vehicles", 1,
+            "--connect", f"udpin:127.0.0.1:{port}",
+        ) as flown,
+    ):  # fmt: skip
+        after.down = True
+        flown.until("agent 1: climb")
+        with simulator(*SPEED, port=after.port):  # the same vehicle, just switched on
+            flown.until("agent 1: search")
+            before.down, after.down = True, False
+            flown.until("agent 1: vehicle says: system 1 has restarted")
+            summary = flown.end()
+    assert "yielded" in summary["failures"][0]
+
+
+def test_a_low_battery_is_the_autopilots_business_and_told(tmp_path):
+    with simulator("--tcp", *SPEED) as sim, bridge(
+        tmp_path / "o", write(tmp_path, LONG), "--vehicles", 1, "--connect", tcp(sim)
+    ) as flown:  # fmt: skip
+        pilot = Pilot(sim.port)
+        flown.until("agent 1: search")
+        pilot.set("BAT_LOW_THR", 0.9999)
+        pilot.set("BAT_CRIT_THR", 0.9998)
+        flown.until("vehicle says: Critical battery level", "AUTO.LOITER: yielded")
+        pilot.until(lambda me: me.flown_mode == RTL)
+        summary = flown.end()
+        pilot.close()
+    assert [agent["state"] for agent in summary["agents"]] == ["landed"]
+
+
+def test_a_twin_in_flight_is_named_and_not_listened_to(tmp_path):
+    port = free_port()
+    with simulator(*SPEED, port=port), bridge(
+        tmp_path / "o", write(tmp_path, LONG), "--vehicles", 1,
+        "--connect", f"udpin:127.0.0.1:{port}",
+    ) as flown:  # fmt: skip
+        flown.until("agent 1: search")
+        with simulator(*SPEED, port=port):
+            flown.until("two vehicles have system id 1")
+            assert len(set(re.findall(r"127\.0\.0\.1:\d+ and 127\.0\.0\.1:\d+", flown.text))) == 1
+            flown.interrupt()
+            summary = flown.end()
+    assert [agent["state"] for agent in summary["agents"]] == ["landed"]

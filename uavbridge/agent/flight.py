@@ -182,6 +182,10 @@ class Flight:
             patience_s = self.plan.ready_timeout_s + self.plan.low_height_m / SLOWEST_CLIMB_M_S
             if to_s(t_us - self._since_us) > patience_s:
                 self._come_down(state, t_us)
+        elif self.phase in FOLLOWING and state.link_ok and not state.has_position:
+            self.failure = "vehicle lost its position: it lands"
+            self._tell(self.failure, failure=True)
+            self._enter(Phase.LAND, t_us)
         elif self.phase in FOLLOWING:
             self._watch_mode(state, t_us)
 

@@ -12,6 +12,7 @@ from uavbridge.mavlink.link import Link
 from uavbridge.mavlink.peer import Address, Peer
 
 _KEPT: Final = 512  # parts of a datagram kept for a system that nobody has asked for yet
+_STEADY: Final = 3  # datagrams in a row that show that a vehicle moved, and has no twin
 _OURS: Final = range(251, 256)  # system ids of ground stations, which we do not listen to
 
 
@@ -133,9 +134,9 @@ class Hub:
             return
         peer = self._peers.get(sender)
         if peer is None:
-            peer = self._peers[sender] = Peer(sender)
-        if address is not None:
-            peer.heard(address, part)
+            peer = self._peers[sender] = Peer(sender, patience=_STEADY)
+        if address is not None and not peer.heard(address, part):
+            return
         inbox = self._inboxes.get(sender)
         if inbox is not None:
             inbox.append(part)
@@ -180,6 +181,10 @@ class HubChannel:
     def peer(self) -> Peer:
         """Where this system is heard from."""
         return self._hub.peers.get(self._system, Peer())
+
+    def twins(self) -> tuple[str, ...]:
+        """Where this system is heard from, if from more than one place."""
+        return tuple(f"{host}:{port}" for host, port in sorted(self.peer.rivals))
 
     def send(self, data: bytes) -> None:
         if not (self._open and self._hub.send(self._system, data)):

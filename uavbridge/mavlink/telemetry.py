@@ -69,7 +69,8 @@ class Telemetry:
         self._boot_ms = self._local_ms = self._global_ms = self._attitude_ms = -1
         self._local: tuple[float, float, float, float, float, float] | None = None
         self._global: tuple[int, int, int, int, int, int] | None = None
-        self._position_us = 0
+        self.position_us = 0
+        """When the newest position came, mission time."""
         self._heading_rad = 0.0
         self._has_attitude = False
         self._landed = _UNDEFINED
@@ -129,7 +130,7 @@ class Telemetry:
             return
         self._local_ms = m.time_boot_ms
         self._local = values
-        self._position_us = t_us
+        self.position_us = t_us
 
     def _global_position(self, m: Any, t_us: int) -> None:
         if self._late(m.time_boot_ms, self._global_ms, t_us):
@@ -139,7 +140,7 @@ class Telemetry:
         self._global_ms = m.time_boot_ms
         self._global = (m.lat, m.lon, m.alt, m.vx, m.vy, m.vz)
         if self._local is None:
-            self._position_us = t_us
+            self.position_us = t_us
         if not self._has_attitude and m.hdg != _NO_HEADING:
             self._heading_rad = radians(m.hdg / 100.0)
 
@@ -178,11 +179,13 @@ class Telemetry:
             home = Geodetic(m.latitude * 1e-7, m.longitude * 1e-7, m.altitude * 1e-3)
             self.frame = LocalFrame(shifted(home, (-m.x, -m.y, -m.z)), self._mission)
 
-    def state(self, *, link_ok: bool, waiting_for: tuple[str, ...]) -> VehicleState:
-        """All of it, in the mission's frame."""
+    def state(
+        self, *, link_ok: bool, waiting_for: tuple[str, ...], stale: bool = False
+    ) -> VehicleState:
+        """All of it, in the mission's frame; ``stale``: no position came for too long."""
         position, velocity = self._motion()
         return VehicleState(
-            t_us=self._position_us,
+            t_us=self.position_us,
             position=np.array(position),
             velocity=np.array(velocity),
             heading_rad=heading_to_yaw(self._heading_rad),
@@ -191,7 +194,7 @@ class Telemetry:
             armed=self.armed,
             in_air=self.in_air,
             battery=self.battery,
-            has_position=self.has_position,
+            has_position=self.has_position and not stale,
             link_ok=link_ok,
             waiting_for=waiting_for,
             kind="multirotor" if isinstance(self.flavour, str) else self.flavour.kind,

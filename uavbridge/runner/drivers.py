@@ -2,29 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from uavbridge.config import Mission
+from uavbridge.mavlink.hub import HubChannel
 from uavbridge.mavlink.link import Link
 from uavbridge.runner import assemble
+from uavbridge.runner.attach import Attached
 from uavbridge.vehicle.api import Vehicle
 from uavbridge.vehicle.mavlink import MavlinkVehicle
 
 
-def driver_of(mission: Mission, link: Link, agent: int, system: int) -> Vehicle:
+def driver_of(
+    mission: Mission, link: Link, agent: int, attached: Mapping[int, Attached]
+) -> Vehicle:
     """The vehicle of an agent, behind its link.
 
     Args:
         mission: names the driver of vehicles that are not simulated.
         link: to it.
-        agent: whose it is.
-        system: its MAVLink system id.
+        agent: whose it is; its number is the vehicle's system id, unless it is attached.
+        attached: vehicles that were found.
 
     Raises:
         ConfigError: the driver is not installed.
     """
     origin = assemble.origin(mission)
     timeout_s = assemble.patience(mission, 3.0)
+    found = attached.get(agent)
+    system = agent if found is None else found.system
     if mission.endpoint(agent) is None or mission.mavlink.driver == "uavbridge":
-        return MavlinkVehicle(link, system, origin=origin, link_timeout_s=timeout_s)
+        twins = found.link.twins if found and isinstance(found.link, HubChannel) else tuple
+        return MavlinkVehicle(link, system, origin=origin, link_timeout_s=timeout_s, twins=twins)
     from uavbridge.vehicle.mavsdk.vehicle import MavsdkVehicle
 
     return MavsdkVehicle(link, system, origin=origin, link_timeout_s=timeout_s)

@@ -140,7 +140,7 @@ def fly_paced(
                 mission,
                 logged(mission, link, agent, recorder, clock),
                 agent,
-                attached[agent].system if agent in attached else agent,
+                attached,
             )
             for agent, link in links.items()
         }

@@ -46,7 +46,7 @@ SETPOINT_LIFE_US: Final = to_us(0.5)
 SETPOINT_PERIOD_US: Final = to_us(0.2)
 _SECOND_US = to_us(1.0)
 _ROUND_US = to_us(ROUND_S)
-_WARNING = 4
+_CRITICAL, _WARNING = 2, 4
 _REORDERED = 128  # numbers by which a frame may have been overtaken
 _SELDOM = 8  # rounds between two questions that stay unanswered, at most
 _NET_PATIENCE = Patience(tries=18, retry_s=0.5)
@@ -65,6 +65,7 @@ class MavlinkVehicle:
         origin: the mission's home, where the mission's ENU frame is zero.
         link_timeout_s: silence after which ``link_ok`` is False.
         source: system and component id of this end.
+        twins: asked for the places from which this system is heard, if there are several.
     """
 
     def __init__(
@@ -75,6 +76,7 @@ class MavlinkVehicle:
         origin: Geodetic,
         link_timeout_s: float = 3.0,
         source: tuple[int, int] = (SYSTEM, COMPONENT),
+        twins: Callable[[], tuple[str, ...]] = tuple,
     ) -> None:
         self.system = system
         self.counts = Counts()
@@ -96,6 +98,8 @@ class MavlinkVehicle:
         self._wishes = Wishes()
         self._texts = Texts()
         self._places = Repositions(origin)
+        self._twins = twins
+        self._twins_told: tuple[str, ...] = ()
         self._beat = (0, -_SECOND_US)  # number and time of the newest heartbeat
         self._handlers: dict[str, Callable[[Any, int], None]] = self._telemetry.handlers | {
             "COMMAND_ACK": self._ack,
@@ -124,7 +128,10 @@ class MavlinkVehicle:
             silent_us = self._now_us - self._heard_us
             link_ok = silent_us <= self._timeout_us
             waiting_for = self._readiness.waiting_for(self._now_us, None if link_ok else silent_us)
-            self._state = self._telemetry.state(link_ok=link_ok, waiting_for=waiting_for)
+            stale = self._now_us - self._telemetry.position_us > self._timeout_us
+            self._state = self._telemetry.state(
+                link_ok=link_ok, waiting_for=waiting_for, stale=stale
+            )
         return self._state
 
     def do(self, command: Command, t_us: int) -> None:
@@ -168,6 +175,7 @@ class MavlinkVehicle:
         if t_us >= self._heartbeat_us:
             self._heartbeat_us = t_us + _SECOND_US
             out.append(heartbeat(self._encoder))
+            self._look_for_twins()
         if self._component and t_us >= self._round_us:
             self._round_us = t_us + _ROUND_US
             out += [self._commands.frame(order) for order in self._wanted()]
@@ -239,6 +247,13 @@ class MavlinkVehicle:
                 parameters.bytewise = flavour.bytewise_parameters
         if not isinstance(flavour, str) and flavour.streams:
             self._wishes = Wishes((*STREAMS, *flavour.streams))
+
+    def _look_for_twins(self) -> None:
+        places = self._twins()
+        if places != self._twins_told:
+            self._twins_told = places
+            text = f"two vehicles have system id {self.system}: {' and '.join(places)}"
+            self._said.append(Said(_CRITICAL, text))
 
     def _restarted(self) -> None:
         self._restarts = len(self._telemetry.restarts_us)
