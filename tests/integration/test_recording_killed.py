@@ -1,4 +1,4 @@
-"""A flight whose process is killed: what it wrote reads, reports, verifies, up to the last second."""
+"""A flight whose process is killed: what it wrote reads, reports and verifies."""
 
 import re
 import signal
