@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import logging
+
 from uavbridge.agent.mapping import Mapping
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.bus.wire import DELTA, HEAD_BYTES, KEYFRAME, Frame, Vector
 from uavbridge.clock import to_us
+
+_log = logging.getLogger(__name__)
 
 
 class Telling:
@@ -22,6 +26,7 @@ class Telling:
         self._plan, self._mapping = plan, mapping
         self._tick_us = to_us(plan.scenario.tick_s)
         self._next_whole_s = plan.keyframe_s
+        self._warned = False
 
     def frame(self, t_us: int, position: Vector, velocity: Vector, payload: bytes) -> Frame:
         """The frame for one time; call it once a frame.
@@ -37,6 +42,13 @@ class Telling:
         if whole:
             self._next_whole_s += plan.keyframe_s
         room = max(0.0, plan.frame_bytes - HEAD_BYTES - len(payload))
+        if room < plan.rule.record.itemsize and not self._warned:
+            self._warned = True
+            _log.warning(
+                "agent %d: a payload of %d bytes leaves no room for the map in radio.frame_bytes",
+                plan.agent,
+                len(payload),
+            )
         told = self._mapping.tell(tick, room, whole=whole)
         return Frame(
             kind=KEYFRAME if told.whole else DELTA,

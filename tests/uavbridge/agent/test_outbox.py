@@ -5,7 +5,11 @@ import pytest
 
 from planners.belief.merge import MERGE_RULES, SensorModel
 from planners.grid import Grid
+from tests.uavbridge.agent.swarm import plan_of
+from uavbridge.agent.mapping import Mapping
 from uavbridge.agent.outbox import COPIES, Outbox
+from uavbridge.agent.telling import Telling
+from uavbridge.bus.wire import encode
 
 GRID = Grid(0, 0, 10, 20, 20)
 SIZE = 18
@@ -122,3 +126,15 @@ def test_no_limit_sends_everything():
     outbox.asked_for(range(15, 40))
     cells = np.frombuffer(outbox.take(belief, np.inf), outbox._rule.record)["cell"]
     assert cells.tolist() == list(range(40))
+
+
+def test_a_payload_that_leaves_no_room_is_told_once(caplog):
+    plan = plan_of(3, "counts", GRID, frame_bytes=200.0)
+    telling = Telling(plan, Mapping(plan))
+    sizes = [
+        len(encode(telling.frame(tick, (0, 0, 0), (0, 0, 0), bytes(size))))
+        for tick, size in enumerate((10, 150, 150))
+    ]
+    assert sizes == [70, 210, 210]
+    (warning,) = [record.getMessage() for record in caplog.records]
+    assert "agent 3: a payload of 150 bytes leaves no room for the map" in warning
