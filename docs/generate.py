@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from sim_vehicles.conformance import page as conformance_page
 from uavbridge.cli import main as command_line
 from uavbridge.config import json_schema
 
@@ -124,6 +125,7 @@ def pages() -> dict[str, str]:
         "mission_file.md": mission_file(),
         "mission.schema.json": json.dumps(json_schema(), indent=2) + "\n",
         "command_line.md": command_line_page(),
+        "conformance.md": conformance_page(),
     }
 
 

@@ -32,7 +32,9 @@ def module(path: Path) -> ModuleType:
     return loaded
 
 
-@pytest.mark.parametrize("name", ["mission_file.md", "mission.schema.json", "command_line.md"])
+@pytest.mark.parametrize(
+    "name", ["mission_file.md", "mission.schema.json", "command_line.md", "conformance.md"]
+)
 def test_generated_pages_are_in_step(name: str) -> None:
     pages = module(DOCS / "generate.py").pages()
     assert (DOCS / "reference" / name).read_text() == pages[name], "run make docs"
