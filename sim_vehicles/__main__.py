@@ -105,10 +105,10 @@ class Options:
 
     count: int
     ports: str | None
-    port: int
+    port: int | None
     tcp: bool
     host: str
-    start_system: int
+    start_system: int | None
     speed: float
     duration: float
     in_air: float | None
@@ -133,14 +133,17 @@ class Options:
     type=click.Choice(["each", "shared"]),
     help="A port for each vehicle, or one for all (250 a port).  [default: each up to 10 vehicles]",
 )
-@click.option("--port", default=ports.BASE_PORT, type=click.IntRange(1, 65535), help="First port.")
+@click.option(
+    "--port",
+    type=click.IntRange(1, 65535),
+    help="First port.  [default: 14540, or the next that no other simulator here has]",
+)
 @click.option("--tcp", is_flag=True, help="Listen for TCP clients on the ports instead of UDP.")
 @click.option("--host", default="127.0.0.1", help="Where UDP goes to, or TCP listens.")
 @click.option(
     "--start-system",
-    default=1,
     type=click.IntRange(1, ports.NETWORK),
-    help="System id of the first vehicle.",
+    help="System id of the first vehicle.  [default: 1, or as --port where that is not given]",
 )
 @click.option(
     "--speed",
@@ -206,21 +209,31 @@ def main(**values: Any) -> None:
     options = Options(**values)
     logging.basicConfig(level=logging.WARNING, format="%(message)s")
     try:
-        seats = ports.seats(
-            options.count,
-            each=None if options.ports is None else options.ports == "each",
-            base=options.port,
-            start_system=options.start_system,
-        )
+        seats = _seats(options)
         fleet = _fleet(options, seats)
     except ValueError as error:
         raise click.UsageError(str(error)) from error
+    except ports.ServerError as error:
+        raise click.ClickException(str(error)) from error
     try:
         transport = _transport(options, seats)
     except ports.ServerError as error:
         raise click.ClickException(str(error)) from error
     report = asyncio.run(_fly(options, seats, fleet, transport))
     _sum_up(options, fleet, report)
+
+
+def _seats(options: Options) -> tuple[ports.Seat, ...]:
+    """As asked for; without a port, one and ids that no other simulator of this machine has."""
+    each = None if options.ports is None else options.ports == "each"
+    if options.port is None:
+        from sim_vehicles.leases import Leases, lease_seats
+
+        # held until this process ends
+        return lease_seats(options.count, Leases(), each=each, start_system=options.start_system)
+    return ports.seats(
+        options.count, each=each, base=options.port, start_system=options.start_system or 1
+    )
 
 
 def _fleet(options: Options, seats: tuple[ports.Seat, ...]) -> Fleet:

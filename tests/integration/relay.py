@@ -5,6 +5,8 @@ import socket
 import threading
 from contextlib import contextmanager
 
+from sim_vehicles.codec import Counts, decode
+
 
 class Relay:
     """Vehicles send to ``port``; it passes everything on to ``target`` and back."""
@@ -21,6 +23,7 @@ class Relay:
         self.loss = self.trouble = 0.0
         self.down = self.deaf = False
         """Nothing passes; nothing passes to the vehicle."""
+        self.without = frozenset()  # names of messages that do not come from the vehicle
         self._closed = False
         self._threads = [
             threading.Thread(target=self._pass, args=way, daemon=True)
@@ -43,6 +46,9 @@ class Relay:
                 self._vehicle = sender
             if self.down or (self.deaf and not from_vehicle) or self._rng.random() < self.loss:
                 continue
+            if from_vehicle and self.without:
+                packets = decode(data, Counts())
+                data = b"".join(p.raw for p in packets if p.message.msgname not in self.without)
             out = self._spoiled(data, late) if self.trouble else [data]
             for each in out:
                 if from_vehicle:

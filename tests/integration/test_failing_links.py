@@ -154,3 +154,21 @@ def test_a_twin_in_flight_is_named_and_not_listened_to(tmp_path):
             flown.interrupt()
             summary = flown.end()
     assert [agent["state"] for agent in summary["agents"]] == ["landed"]
+
+
+def test_a_lost_position_ends_in_a_landing(tmp_path):
+    port = free_port()
+    with (
+        relay(port) as bad,
+        simulator(*SPEED, port=bad.port),
+        bridge(
+            tmp_path / "o", write(tmp_path, LONG), "--vehicles", 1,
+            "--connect", f"udpin:127.0.0.1:{port}",
+        ) as flown,
+    ):  # fmt: skip
+        flown.until("agent 1: search")
+        bad.without = frozenset({"LOCAL_POSITION_NED", "GLOBAL_POSITION_INT"})
+        flown.until("agent 1: vehicle lost its position: it lands")
+        summary = flown.end()
+    assert [agent["state"] for agent in summary["agents"]] == ["landed"]
+    assert "lost its position" in summary["failures"][0]
