@@ -46,6 +46,8 @@ def read(
     if reader is None:
         known = ", ".join(sorted(_READERS))
         raise ValueError(f"{file.name}: not an elevation file that we know ({known})")
+    if not file.exists():
+        raise ValueError(f"{file.name}: No such file")
     try:
         terrain = reader(file, cell_m, origin)
     except OSError as error:

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 import uavbridge
+from planners.terrain import mountains
 from tests.integration.missions import document, launch, write
 from uavbridge.config import load
 from uavbridge.config.load import packaged
+from uavbridge.errors import ConfigError
 from uavbridge.recording.reader import Recording
 from uavbridge.recording.topics import SignalRecord, decode
 from uavbridge.replay.verify import verify
@@ -137,3 +139,24 @@ def test_missions_of_the_package_load_by_name(name):
     mission = load(name)
     assert mission.name == name
     assert mission.targets or mission.only_flies
+
+
+def test_the_ground_goes_with_its_recording(tmp_path):
+    (tmp_path / "home").mkdir()
+    heights = mountains(np.random.default_rng(3), (0, 0, 300, 300), 0.5, hills=6).heights
+    np.save(tmp_path / "home" / "hills.npy", heights)
+    text = ROVERS.replace(
+        "seed = 3\nsteepest_deg = 35\nhills = 6", 'file = "hills.npy"\ncell_m = 5'
+    )
+    mission = write(tmp_path / "home", text)
+    result = uavbridge.run(mission, out=tmp_path / "out", overrides={"duration": 15.0})
+    assert result.terrain is not None
+    (tmp_path / "home" / "hills.npy").unlink()
+    (tmp_path / "out").rename(tmp_path / "elsewhere")
+    again = verify(tmp_path / "elsewhere")
+    assert again.ok, again.difference
+    assert again.decisions > 30
+    load(tmp_path / "elsewhere" / "mission.toml")
+    (tmp_path / "elsewhere" / "terrain.npy").unlink()
+    with pytest.raises(ConfigError, match=r"its ground can not be read: terrain.npy: No such file"):
+        verify(tmp_path / "elsewhere")

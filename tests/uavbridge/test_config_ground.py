@@ -87,7 +87,7 @@ def test_kinds() -> None:
         ('file = "holes.npy"\ncell_m = 100', "terrain.file: holes.npy: 1 of 121 heights"),
         ('file = "empty.npy"\ncell_m = 1', "terrain.file: empty.npy: No data left"),
         ('file = "odd.asc"', "terrain.file: odd.asc: header: nrows must be a whole number"),
-        ('file = "none.tif"', "terrain.file: none.tif"),
+        ('file = "none.tif"', "terrain.file: none.tif: No such file"),
         ('file = "none.txt"', "terrain.file: none.txt: not an elevation file"),
         ('file = "small.npy"\ncell_m = 100', "terrain.file: reaches from 0, 0, 500, 500"),
         ('file = "level.npy"\ncell_m = 100\nseed = 1', "terrain.seed: is for generated ground"),

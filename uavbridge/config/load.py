@@ -82,7 +82,7 @@ def _parsed(
     data = _decode(text, name)
     try:
         _override(data, given)
-        mission = _placed(convert(data), folder)
+        mission = placed(convert(data), folder)
         rules.check(mission, plugins.planners() if planners is None else planners)
     except FieldError as error:
         raise ConfigError(_located(error, text, name, given)) from None
@@ -126,8 +126,16 @@ def _read(path: Path) -> str:
     return text
 
 
-def _placed(mission: Mission, folder: Path) -> Mission:
-    """With whole paths of files that it names, so that it can be flown from anywhere."""
+def placed(mission: Mission, folder: Path) -> Mission:
+    """With whole paths of files that it names, so that it can be flown from anywhere.
+
+    Args:
+        mission: as its text has it.
+        folder: that the text was in.
+
+    Raises:
+        FieldError: that makes no path.
+    """
     ground, security = mission.ground, mission.security
     if ground is not None and ground.file is not None:
         file = _whole(folder, ground.file, ("terrain", "file"))

@@ -13,6 +13,7 @@ import msgspec
 from uavbridge.config import Mission
 from uavbridge.config.convert import convert
 from uavbridge.config.field_error import FieldError, dotted
+from uavbridge.config.load import placed
 from uavbridge.errors import ConfigError
 from uavbridge.recording.reader import Message, Recording
 from uavbridge.recording.topics import MissionRecord, decode
@@ -57,7 +58,7 @@ def opened(path: Path) -> Opened:
     except msgspec.DecodeError as error:
         raise ConfigError(f"{recording.path}: a message does not read: {error}") from None
     try:
-        mission = convert(tomllib.loads(head.text))
+        mission = placed(convert(tomllib.loads(head.text)), recording.path.parent)
     except (FieldError, ValueError, RecursionError) as fault:
         what = f"{dotted(fault.path)}: {fault}" if isinstance(fault, FieldError) else str(fault)
         by, ours = head.versions.get("uavbridge", "?"), version("uavbridge")
@@ -65,4 +66,8 @@ def opened(path: Path) -> Opened:
             f"{recording.path}: its mission does not read: {what} "
             f"(recorded by uavbridge {by}, this is {ours})"
         ) from None
+    try:
+        mission.terrain()
+    except ValueError as fault:
+        raise ConfigError(f"{recording.path}: its ground can not be read: {fault}") from None
     return Opened(recording, head, mission)

@@ -13,7 +13,6 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from planners.terrain import Terrain
 from planners.types import F64
 from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.clock import to_s
@@ -82,7 +81,7 @@ def _result(collected: Collected, whole: Opened) -> MissionResult:
         belief=None if by_signal else probability,
         seen=None if by_signal else stamp_us >= 0,
         by_signal=by_signal,
-        terrain=_terrain(mission),
+        terrain=mission.terrain(),
         climb_rad=np.nan if mission.ground is None else mission.ground.beta_rad,
         planes=any(member.kind == "plane" for member in mission.team()),
         layers=dict(sorted(collected.layers.items())),
@@ -130,14 +129,6 @@ def _series(scores: Scores) -> Series:
 
 def _last(values: F64) -> float:
     return float(values[-1]) if len(values) else float("nan")
-
-
-def _terrain(mission: Mission) -> Terrain | None:
-    """The ground; None too where its file is not there any more."""
-    try:
-        return mission.terrain()
-    except ValueError:
-        return None
 
 
 def _targets(mission: Mission, collected: Collected) -> tuple[TargetResult, ...]:

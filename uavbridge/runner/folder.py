@@ -6,7 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
+import numpy as np
 
+from planners.terrain import Terrain
 from uavbridge.clock import wall_date
 from uavbridge.config import Mission, to_toml
 from uavbridge.errors import ConfigError
@@ -16,12 +18,29 @@ from uavbridge.report.page import FIGURES, FIGURES_NAME, REPORT_NAME, SUMMARY_NA
 
 RUNS = Path("runs")
 MISSION_NAME, OTHER_NAME = "mission.toml", "mission-as-flown.toml"
+GROUND_NAME = "terrain.npy"
 _AS_FLOWN = "# The mission as flown, every default spelt out.\n"
 
 
 def as_flown(mission: Mission) -> Mission:
     """Without where results go and how they are shown, which changes nothing of the flight."""
     return msgspec.structs.replace(mission, out=None, headless=False, json=False)
+
+
+def with_ground(mission: Mission) -> Mission:
+    """With the ground from the output folder, where ``prepare`` copies an elevation file to."""
+    terrain, ground = mission.terrain(), mission.ground
+    if terrain is None or ground is None or ground.file is None:
+        return mission
+    copy = msgspec.structs.replace(
+        ground,
+        file=GROUND_NAME,
+        cell_m=terrain.cell_m,
+        west_m=terrain.west_m,
+        south_m=terrain.south_m,
+        zero_m=0.0,
+    )
+    return msgspec.structs.replace(mission, ground=copy)
 
 
 def prepare(mission: Mission, folder: Path | None = None) -> Path:
@@ -37,6 +56,7 @@ def prepare(mission: Mission, folder: Path | None = None) -> Path:
     """
     if mission.out == "":
         raise ConfigError("out: is empty")
+    terrain = mission.terrain()
     if folder is None and mission.out is not None:
         folder = Path(mission.out)
     try:
@@ -44,12 +64,20 @@ def prepare(mission: Mission, folder: Path | None = None) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         for old in _left(folder):
             old.unlink()
-        text = _AS_FLOWN + to_toml(as_flown(mission))
+        kept = with_ground(as_flown(mission))
+        if kept.ground is not None and kept.ground.file is not None:
+            _save(folder / kept.ground.file, terrain)
+        text = _AS_FLOWN + to_toml(kept)
         _mission_file(folder).write_text(text, encoding="utf-8")
     except (OSError, ValueError) as fault:
         reason = fault.strerror if isinstance(fault, OSError) else str(fault)
         raise ConfigError(f"out: cannot write to {folder or RUNS}: {reason}") from None
     return folder
+
+
+def _save(path: Path, terrain: Terrain | None) -> None:
+    if terrain is not None:
+        np.save(path, terrain.heights)
 
 
 def _new(name: str) -> Path:

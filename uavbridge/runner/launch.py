@@ -29,7 +29,7 @@ from uavbridge.report.summary import summary_json, summary_text
 from uavbridge.runner import assemble
 from uavbridge.runner.attach import Attached, attach
 from uavbridge.runner.earlier import Earlier
-from uavbridge.runner.folder import as_flown, prepare
+from uavbridge.runner.folder import as_flown, prepare, with_ground
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.interrupts import interrupts
 from uavbridge.runner.judge import Judge
@@ -196,7 +196,7 @@ def _page(mission: Mission, console: Console) -> Aside:
 
 
 def _mission_record(mission: Mission) -> MissionRecord:
-    return MissionRecord(to_toml(as_flown(mission)), mission.seed, mission.clock, versions())
+    return MissionRecord(to_toml(with_ground(as_flown(mission))), mission.seed, mission.clock, versions())
 
 
 def _record_score(recorder: Recorder, judge: Judge) -> None:
