@@ -9,6 +9,7 @@ import numpy as np
 from planners.grid import Grid
 from planners.types import F64, Bools
 from uavbridge.agent.phases import ENDED
+from uavbridge.bus.wire import Vector
 from uavbridge.clock import SECOND_US, to_s
 from uavbridge.config import Mission
 from uavbridge.monitor.events import EventLog
@@ -17,7 +18,7 @@ from uavbridge.monitor.groups import Membership, membership
 from uavbridge.monitor.maps import Maps
 from uavbridge.monitor.watched import RECENT_S, Declared, Happening, Point, Watched, hearing
 from uavbridge.recording.topics import MissionRecord
-from uavbridge.runner.separation import SeparationWatch
+from uavbridge.runner.separation import Floor, SeparationWatch
 
 LEAP_US = 86_400 * SECOND_US  # no mission lasts longer, so no honest clock is so far ahead
 REWIND_US = 30 * SECOND_US  # nothing is so late, unless the mission was started anew
@@ -49,6 +50,7 @@ class Known:
         self.rejects: Counter[str] = Counter()
         self.maps = Maps()
         self.separation = SeparationWatch()
+        self.floor = Floor()
         self.simulated = False  # the world tells the true positions
         self._stale = 0  # messages from long ago, one after the other
         self._since_us: int | None = None
@@ -163,12 +165,12 @@ class Known:
         if self._joining:
             return
         t_s = to_s(self.t_us)
-        flying = []
+        flying: list[Vector] = []
         for agent in self.agents.values():
             if agent.position is None:
                 continue
             agent.track.append((t_s, *agent.position))
-            if agent.flying:
+            if agent.flying or agent.id in self.floor.driving:
                 flying.append(agent.position)
         if not self.simulated:
             where = np.array(flying).reshape(-1, 3)

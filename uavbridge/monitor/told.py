@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import tomllib
 from collections import Counter
 from collections.abc import Callable
@@ -11,6 +12,7 @@ from typing import TypeVar
 from msgspec import DecodeError
 from msgspec.json import Decoder
 
+from planners.terrain import Terrain
 from uavbridge.agent.orders import Ack, decode_ack
 from uavbridge.agent.report import AgentReport
 from uavbridge.agent.report import decode as decode_report
@@ -24,6 +26,7 @@ from uavbridge.monitor.past import decode as decode_past
 from uavbridge.recording.topics import EventRecord, MissionRecord
 from uavbridge.recording.topics import decode as decode_record
 
+_log = logging.getLogger(__name__)
 T = TypeVar("T")
 Rejects = Counter[str]
 
@@ -72,6 +75,15 @@ def mission_of(
         return record, convert(tomllib.loads(record.text))
     except (ValueError, FieldError, RecursionError):
         rejects["mission"] += 1
+        return None
+
+
+def terrain_of(mission: Mission) -> Terrain | None:
+    """The ground, where it is known here: its file may be on the machine that flies alone."""
+    try:
+        return mission.terrain()
+    except ValueError as fault:
+        _log.info("no terrain: %s", fault)
         return None
 
 

@@ -15,6 +15,7 @@ from uavbridge.bus.wire import Vector, decode, decode_beacon
 from uavbridge.monitor import told
 from uavbridge.monitor.known import Known
 from uavbridge.monitor.watched import Declared, Happening, Point, Watched, point_of
+from uavbridge.runner.separation import Floor
 
 __all__ = ["Declared", "Happening", "MissionWatch", "Point", "Watched"]
 
@@ -110,7 +111,8 @@ class MissionWatch(Known):
         if truth is None or not self._passed(truth.t_us):
             return
         self.simulated = True
-        self.separation.add(truth.t_us, truth.position)
+        ground_m = self.floor.under(truth.ids, truth.position)
+        self.separation.add(truth.t_us, truth.position, ground_m=ground_m)
         for number, position in zip(truth.ids, truth.position.tolist(), strict=True):
             x, y, z = position
             self._agent(number, truth.t_us).position = (x, y, z)
@@ -169,6 +171,7 @@ class MissionWatch(Known):
         found = told.mission_of(data, self.rejects, self.record)
         if found is not None:
             self.record, self.facts = found
+            self.floor = Floor.of(self.facts, told.terrain_of(self.facts))
             self.finds.take_mission(self.facts)
             self.maps.take_mission(self.facts)
 

@@ -40,7 +40,7 @@ from uavbridge.recording.topics import encode as encode_record
 from uavbridge.report.alliances import PLANNER as ROSTERED
 from uavbridge.report.alliances import Rosters
 from uavbridge.runner import assemble
-from uavbridge.runner.separation import SeparationWatch
+from uavbridge.runner.separation import Floor, SeparationWatch
 from uavbridge.thinned import keep
 
 OVERTIME_S = 600.0  # for the way home after the time limit
@@ -119,8 +119,7 @@ class Judge:
         )
         self._targets = set(mission.target_cells())
         self._team = mission.scenario().team
-        self._terrain = mission.terrain()
-        self._driving = frozenset(one.id for one in mission.team() if one.kind == "rover")
+        self._floor = Floor.of(mission, mission.terrain())
         self._frames = bus.subscribe("air/**")
         self._states = bus.subscribe(keys.state("*"))
         self._truth = bus.subscribe(keys.TRUTH)
@@ -176,7 +175,7 @@ class Judge:
             if truth is not None:
                 self._simulated = set(truth.ids) == set(self._team)
                 if self._simulated:
-                    ground_m = self._ground(truth.ids, truth.position)
+                    ground_m = self._floor.under(truth.ids, truth.position)
                     self.separation.add(truth.t_us, truth.position, ground_m=ground_m)
                 if self._recorder:
                     self._recorder.write("truth", truth.t_us, sample.data)
@@ -197,15 +196,6 @@ class Judge:
         self.layers[name] = layer
         if self._recorder:
             self._recorder.write(key, t_us, data)
-
-    def _ground(self, ids: tuple[int, ...], position: F64) -> float | F64:
-        """Heights below which vehicles do not count as near each other; rovers always do."""
-        if self._terrain is None and not self._driving:
-            return 0.0
-        ground = np.zeros(len(ids))
-        if self._terrain is not None:
-            ground = self._terrain.height_at(position)
-        return np.where([agent in self._driving for agent in ids], -inf, ground)
 
     def _overhear(self, data: bytes) -> None:
         """A person may end the mission with an order to all."""
@@ -351,7 +341,9 @@ class Judge:
         return report.phase in _ENDED or to_s(t_us - report.t_us) > self._silence_s
 
     def _separation_by_reports(self, t_us: int) -> None:
-        flying = [r.position for r in self.reports.values() if r.in_air or r.agent in self._driving]
+        flying = [
+            r.position for r in self.reports.values() if r.in_air or r.agent in self._floor.driving
+        ]
         self.separation.add(t_us, np.array(flying).reshape(-1, 3), ground_m=-inf)
 
     def failures(self) -> tuple[str, ...]:

@@ -2,13 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from math import inf, nan
 
 import numpy as np
 
+from planners.terrain import Terrain
 from planners.types import F64, I64
+from uavbridge.config import Mission
 
 AIRBORNE_M = 0.5  # above the ground; below it a vehicle is not in the air
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """Heights below which vehicles do not count as near each other; rovers always do.
+
+    Attributes:
+        terrain: None: level.
+        driving: agents whose vehicles are rovers.
+    """
+
+    terrain: Terrain | None = None
+    driving: frozenset[int] = frozenset()
+
+    @staticmethod
+    def of(mission: Mission, terrain: Terrain | None) -> Floor:
+        """Of a mission and its terrain."""
+        return Floor(terrain, frozenset(m.id for m in mission.team() if m.kind == "rover"))
+
+    def under(self, ids: Sequence[int], position: F64) -> float | F64:
+        """Ground height (n,) in m under vehicles (n, 3), or one for all."""
+        if self.terrain is None and not self.driving:
+            return 0.0
+        ground = np.zeros(len(ids)) if self.terrain is None else self.terrain.height_at(position)
+        return np.where([agent in self.driving for agent in ids], -inf, ground)
 
 
 class SeparationWatch:

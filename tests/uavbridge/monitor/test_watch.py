@@ -10,6 +10,7 @@ from planners.registry import BUILTIN
 from uavbridge.agent.report import AgentReport
 from uavbridge.bus import keys
 from uavbridge.bus.api import Sample
+from uavbridge.bus.messages import Truth, encode_truth
 from uavbridge.config import load, to_toml
 from uavbridge.monitor.watch import MissionWatch
 from uavbridge.recording.recorder import Recorder
@@ -108,3 +109,15 @@ def test_targets_reached_by_their_signals_count_as_found():
     (find,) = watch.finds.all()
     assert (find.cell, find.by) == (mission.target_cells()[1], 1)
     assert watch.events[-1].text == "target 1 reached"
+
+
+def test_vehicles_on_a_hill_are_not_in_the_air():
+    watch = MissionWatch()
+    mission = load(None, {"vehicles": 2, "terrain.steepest_deg": 20.0})
+    watch.apply(Sample(keys.MISSION, encode(MissionRecord(to_toml(mission), 1, "paced"))))
+    places = np.array([[100.0, 100.0, 0.0], [103.0, 100.0, 0.0]])
+    places[:, 2] = mission.terrain().height_at(places)
+    for t_us, above_m in ((0, 0.0), (100_000, 30.0)):
+        truth = Truth(t_us, (1, 2), places + np.array([0.0, 0.0, above_m]))
+        watch.apply(Sample(keys.TRUTH, encode_truth(truth)))
+        assert np.isnan(watch.separation.closest) == (above_m == 0.0)

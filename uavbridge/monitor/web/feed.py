@@ -6,7 +6,6 @@ page misses pictures, not facts.
 
 from __future__ import annotations
 
-import logging
 from importlib.metadata import version
 from itertools import islice
 from math import isfinite
@@ -18,6 +17,7 @@ import numpy.typing as npt
 from planners.types import F64, I64
 from uavbridge.clock import SECOND_US, to_s
 from uavbridge.monitor.maps import Maps
+from uavbridge.monitor.told import terrain_of
 from uavbridge.monitor.watch import MissionWatch, Point, Watched
 from uavbridge.monitor.web.grounds import ground_of, layer_picture
 from uavbridge.monitor.web.messages import Event, Mission, Row, Update
@@ -28,7 +28,6 @@ TRACK_POINTS = 900  # of one vehicle that a new page is told
 FIRST_EVENTS = 500
 LONGEST_TEXT = 300
 MOST_REASONS = 20
-_log = logging.getLogger(__name__)
 _ENCODE = msgspec.json.Encoder().encode
 Words = npt.NDArray[np.uint32]
 
@@ -90,11 +89,7 @@ class Feed:
     def _terrain(self, watch: MissionWatch) -> list[str]:
         if watch.facts is None:
             return []
-        try:
-            terrain = watch.facts.terrain()
-        except ValueError as fault:  # its file is on the machine that flies
-            _log.info("no terrain: %s", fault)
-            return []
+        terrain = terrain_of(watch.facts)
         return [] if terrain is None else [_ENCODE(ground_of(terrain)).decode()]
 
     def _shown_layer(self, maps: Maps) -> list[str]:
