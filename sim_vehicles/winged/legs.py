@@ -15,6 +15,7 @@ from sim_vehicles.status import I64, Status
 
 _LEAD_S: Final = 1.0  # a turn begins this long before the end of a line
 _SLOWEST_TURN: Final = 1e-6
+_FLOAT_S: Final = 5.0
 _FLARE_1_S: Final = 0.25  # sink asked for per metre of height, near the ground
 
 
@@ -165,7 +166,8 @@ class WingedLegs(Legs):
         speed = np.hypot(states.velocity[rows, 0], states.velocity[rows, 1])
         flare = (height < self._flare[rows]) | (ahead < 0.0)
         sink = np.where(flare, np.maximum(self._sink[rows], _FLARE_1_S * height), speed * steep)
-        path = self._floor[rows] + np.maximum(ahead, 0.0) * steep
+        # The flare goes on level for long: the glide ends that much before the runway's point.
+        path = self._floor[rows] + np.maximum(ahead - _FLOAT_S * speed, 0.0) * steep
         wanted.position[rows, 2] = np.where(flare, nan, path)
         wanted.velocity[rows, 2] = -sink
 

@@ -198,9 +198,14 @@ def test_land_touches_down_softly(station):
             sinks.append(gcs.velocity[2])
         return not gcs.armed
 
-    gcs.fly(240, low)
+    aim = gcs.position[:2].copy()
+    touched = []
+    gcs.fly(
+        240, lambda: low() or (gcs.position[2] < 0.01 and touched.append(gcs.position[:2].copy()))
+    )
     assert gcs.position[2] == 0.0
     assert min(sinks) > -2.0
+    assert np.hypot(*(touched[0] - aim)) < 60.0
 
 
 def test_it_shows_a_planes_parameters(station):
