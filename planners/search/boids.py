@@ -31,7 +31,7 @@ from numpy.random import Generator
 
 from planners.flocking import boids as rules
 from planners.planner import PlannerKind, param
-from planners.search import flight, guidance
+from planners.search import flight, guidance, readings
 from planners.search.guidance import Guidance
 from planners.types import F64, I64, Bools, Goal, Scenario, View
 
@@ -49,19 +49,10 @@ class BoidsParams:
     alignment: float = param(0.5, unit="1", doc="weight of velocity matching", low=0.0)
     cohesion: float = param(0.3, unit="1", doc="weight of flock centering", low=0.0)
     speed_m_s: float = param(10.0, unit="m/s", doc="constant speed", low=0.1)
-    heading_noise_rad: float = param(
-        0.1, unit="rad", doc="standard deviation of the noise on the heading", low=0.0
-    )
-    boundary: str = param(
-        "vector",
-        unit="-",
-        doc="at the boundary reverse the whole velocity, or the component that crosses",
-        choices=("vector", "component"),
-    )
-    margin_m: float = param(
-        15.0, unit="m", doc="the boundary lies this far inside the area's edges", low=0.0
-    )
-    forget_s: float = param(5.0, unit="s", doc="neighbours not heard for longer are gone", low=0.0)
+    heading_noise_rad: float = readings.heading_noise_rad()
+    boundary: str = readings.boundary()
+    margin_m: float = readings.margin_m()
+    forget_s: float = readings.forget_s()
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,31 +60,10 @@ class GuidedBoidsParams(BoidsParams):
     """Parameters of boids with guidance."""
 
     guide: float = param(1.0, unit="1", doc="weight of the guide cell", low=0.0)
-    keep: str = param(
-        "entered",
-        unit="-",
-        doc="a guide cell is kept until entered, or only while no surrounding cell is better",
-        choices=("entered", "best"),
-    )
-    escape_ratio: float = param(
-        0.0,
-        unit="1",
-        doc="leave when the best surrounding cell is below this share of the map's best; 0: never",
-        low=0.0,
-        high=1.0,
-    )
-    ties: str = param(
-        "nearest",
-        unit="-",
-        doc="of equally likely surrounding cells the nearest draws, or the lowest number",
-        choices=("nearest", "lowest"),
-    )
-    guide_point: str = param(
-        "centre",
-        unit="-",
-        doc="a guide cell draws to its centre, or to its south-western corner",
-        choices=("centre", "corner"),
-    )
+    keep: str = readings.keep("entered")
+    escape_ratio: float = readings.escape_ratio(0.0)
+    ties: str = readings.ties()
+    guide_point: str = readings.guide_point()
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,7 +41,7 @@ from numpy.random import Generator
 from planners.flocking.pair import PairLaw, beta, pull
 from planners.grid import Grid
 from planners.planner import PlannerKind, param
-from planners.search import flight, guidance
+from planners.search import flight, guidance, readings
 from planners.search.guidance import Guidance
 from planners.types import F64, I64, Bools, Goal, Scenario, View
 
@@ -59,31 +59,10 @@ class EsustpmParams:
     guide_gain: float = param(
         7000.0, unit="1", doc="beta_4, the pull of the guide cell; max |beta| is 6860", low=0.0
     )
-    keep: str = param(
-        "best",
-        unit="-",
-        doc="a guide cell is kept until entered, or only while no surrounding cell is better",
-        choices=("entered", "best"),
-    )
-    escape_ratio: float = param(
-        0.5,
-        unit="1",
-        doc="leave when the best surrounding cell is below this share of the map's best; 0: never",
-        low=0.0,
-        high=1.0,
-    )
-    ties: str = param(
-        "nearest",
-        unit="-",
-        doc="of equally likely surrounding cells the nearest draws, or the lowest number",
-        choices=("nearest", "lowest"),
-    )
-    guide_point: str = param(
-        "centre",
-        unit="-",
-        doc="a guide cell draws to its centre, or to its south-western corner",
-        choices=("centre", "corner"),
-    )
+    keep: str = readings.keep("best")
+    escape_ratio: float = readings.escape_ratio(0.5)
+    ties: str = readings.ties()
+    guide_point: str = readings.guide_point()
     guide_law: str = param(
         "constant",
         unit="-",
@@ -97,19 +76,10 @@ class EsustpmParams:
         doc="maximum of the norm, of each component, or none; limits hold anyway",
         choices=("norm", "component", "none"),
     )
-    heading_noise_rad: float = param(
-        0.1, unit="rad", doc="standard deviation of the noise on the heading", low=0.0
-    )
-    boundary: str = param(
-        "vector",
-        unit="-",
-        doc="at the boundary reverse the whole velocity, or the component that crosses",
-        choices=("vector", "component"),
-    )
-    margin_m: float = param(
-        15.0, unit="m", doc="the boundary lies this far inside the area's edges", low=0.0
-    )
-    forget_s: float = param(5.0, unit="s", doc="neighbours not heard for longer are gone", low=0.0)
+    heading_noise_rad: float = readings.heading_noise_rad()
+    boundary: str = readings.boundary()
+    margin_m: float = readings.margin_m()
+    forget_s: float = readings.forget_s()
 
 
 @dataclass(frozen=True, slots=True)

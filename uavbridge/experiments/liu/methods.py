@@ -72,14 +72,10 @@ class EsustpmMethod:
     def memory(self, draws: Sequence[Generator], cycles: int) -> Memory:
         team = len(self.scenario.team)
         noise = np.stack([draw.standard_normal((cycles, team)) for draw in draws])
-        return {
-            "noise": noise,
-            "guide": np.full((len(draws), team), -1, np.int64),
-            "heading": np.full((len(draws), team), math.pi / 2.0),
-        }
+        return _turning(noise, np.full((len(draws), team), math.pi / 2.0))
 
     def move(self, memory: Memory, agent: int, cycle: int, seen: Seen) -> F64:
-        flown, guide = esustpm.step(
+        turned = esustpm.step(
             seen.position,
             memory["heading"][:, agent],
             seen.others,
@@ -91,9 +87,7 @@ class EsustpmMethod:
             self.params,
             esustpm.Rules.of(self.params, self.scenario.detection_threshold),
         )
-        memory["guide"][:, agent] = guide
-        memory["heading"][:, agent] = np.arctan2(flown[:, 1], flown[:, 0])
-        return flown
+        return _remembered(memory, agent, *turned)
 
     def planner(self) -> Planner:
         return esustpm.bind(self.scenario, self.params)
@@ -114,14 +108,10 @@ class BoidsMethod:
                 for agent in range(team):
                     heading[run, cycle, agent] = draw.uniform(-math.pi, math.pi)
                     noise[run, cycle, agent] = draw.standard_normal()
-        return {
-            "noise": noise,
-            "guide": np.full((len(draws), team), -1, np.int64),
-            "heading": heading[:, 0].copy(),
-        }
+        return _turning(noise, heading[:, 0].copy())
 
     def move(self, memory: Memory, agent: int, cycle: int, seen: Seen) -> F64:
-        flown, guide = boids.step(
+        turned = boids.step(
             seen.position,
             memory["heading"][:, agent],
             seen.others,
@@ -133,9 +123,7 @@ class BoidsMethod:
             self.scenario,
             self.params,
         )
-        memory["guide"][:, agent] = guide
-        memory["heading"][:, agent] = np.arctan2(flown[:, 1], flown[:, 0])
-        return flown
+        return _remembered(memory, agent, *turned)
 
     def planner(self) -> Planner:
         return boids.bind(self.scenario, self.params)
@@ -198,6 +186,18 @@ class MowerMethod:
 
     def planner(self) -> Planner:
         return mower.bind(self.scenario, self.params)
+
+
+def _turning(noise: F64, heading: F64) -> Memory:
+    """Of guided methods: noise (runs, cycles, agents) and first headings (runs, agents)."""
+    return {"noise": noise, "guide": np.full(heading.shape, -1, np.int64), "heading": heading}
+
+
+def _remembered(memory: Memory, agent: int, flown: F64, guide: I64) -> F64:
+    """The velocities (runs, 2), written down with the guide cells (runs,)."""
+    memory["guide"][:, agent] = guide
+    memory["heading"][:, agent] = np.arctan2(flown[:, 1], flown[:, 0])
+    return flown
 
 
 def method(name: str, params: LiuParams, *, flown: bool = False) -> Method:

@@ -13,6 +13,7 @@ import numpy as np
 from planners.belief.merge import SensorModel
 from planners.grid import Grid
 from planners.planner import param
+from planners.search import readings
 from planners.types import F64, Limits, Scenario
 
 GRID = Grid(0.0, 0.0, 100.0, 10, 10)
@@ -80,24 +81,9 @@ class LiuParams:
         choices=("component", "norm", "none"),
     )
     guide_gain: float = param(7000.0, unit="1", doc="beta_4, a constant", low=0.0)
-    keep: str = param(
-        "entered",
-        unit="-",
-        doc="a guide cell is kept until entered, or only while no surrounding cell is better",
-        choices=("entered", "best"),
-    )
-    ties: str = param(
-        "nearest",
-        unit="-",
-        doc="of equally likely surrounding cells the nearest draws, or the lowest number",
-        choices=("nearest", "lowest"),
-    )
-    guide_point: str = param(
-        "centre",
-        unit="-",
-        doc="a guide cell draws to its centre, or to its south-western corner",
-        choices=("centre", "corner"),
-    )
+    keep: str = readings.keep("entered")
+    ties: str = readings.ties()
+    guide_point: str = readings.guide_point()
     guide_law: str = param(
         "constant",
         unit="-",
@@ -111,12 +97,7 @@ class LiuParams:
     heading_noise_rad: float = param(
         0.1, unit="rad", doc="noise on the heading: the source of randomness", low=0.0
     )
-    boundary: str = param(
-        "vector",
-        unit="-",
-        doc="at the boundary the whole velocity is reversed, or the component that crosses",
-        choices=("vector", "component"),
-    )
+    boundary: str = readings.boundary()
     mower_starts: str = param(
         "lanes",
         unit="-",
