@@ -104,4 +104,5 @@ class Envelope:
         """Distance (m) from which on another vehicle matters; inf is never returned."""
         if self.separation_m <= 0:
             return -inf
-        return self.separation_m + self.braking.reach(self.speed_m_s + self.climb_m_s)
+        climb_m_s = 0.0 if self.drives else self.climb_m_s
+        return self.separation_m + self.braking.reach(self.speed_m_s + climb_m_s)

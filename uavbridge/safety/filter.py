@@ -96,8 +96,15 @@ def _on_ground(
 ) -> Filtered:
     """All rules in the plane; who flies above keeps apart by itself."""
     here, going = _level(position), _level(velocity)
-    near = [one for one in traffic if abs(one.position[2] - position[2]) < e.separation_m + ABOVE_M]
-    others = [Traffic(one.agent, _level(one.position), _level(one.velocity)) for one in near]
+    care, above = e.care_m, e.separation_m + ABOVE_M
+    x, y, z = position
+    others = [
+        Traffic(one.agent, _level(one.position), _level(one.velocity))
+        for one in traffic
+        if abs(one.position[0] - x) <= care
+        and abs(one.position[1] - y) <= care
+        and abs(one.position[2] - z) < above
+    ]
     separation = _separation(here, going, others, e)
     named = [("fence", rule) for rule in _fence(here, going, e)]
     named += [("separation", rule) for rule, _ in separation]
