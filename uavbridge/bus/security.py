@@ -6,7 +6,7 @@ lets an identity write its own keys alone:
 
 | identity | writes | hears |
 | --- | --- | --- |
-| ``agent-N`` | ``air/*/*/N``, ``safety/*/*/N``, ``state/N/**``, ``pace/N``, ``layer/*/N`` | frames, beacons, its readings and orders, ``world/`` but for the mission's targets |
+| ``agent-N`` | ``air/*/*/N``, ``safety/*/*/N``, ``place/air/*/*/N``, ``state/N/**``, ``pace/N``, ``layer/*/N`` | frames, beacons, its readings and orders, ``world/`` but for the mission's targets |
 | ``launcher`` | everything | everything |
 | ``operator`` | ``cmd/**`` | everything |
 | ``monitor`` | nothing | everything |
@@ -114,6 +114,7 @@ def _roles(agents: Iterable[int]) -> list[_Role]:
                 (
                     keys.air(("*", "*"), agent),
                     keys.safety(("*", "*"), agent),
+                    keys.place(("*", "*"), agent),
                     keys.state(agent),
                     f"{keys.state(agent)}/**",
                     keys.pace(agent),

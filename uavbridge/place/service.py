@@ -136,7 +136,7 @@ class Copies:
     """Each UAV keeps a copy of the whole map, and tells the others its own words.
 
     Args:
-        bus: this process's session.
+        bus: where the first one's copy is shown to people; None: nowhere.
         agents: ids of those in this process.
         grid: of the map.
         law: what it is kept by.
@@ -146,7 +146,7 @@ class Copies:
 
     def __init__(
         self,
-        bus: Bus,
+        bus: Bus | None,
         agents: Sequence[int],
         grid: Grid,
         law: KeeperLaw,
@@ -197,7 +197,7 @@ class Copies:
         if t_us and t_us % self._step_us == 0:
             for keeper in self.keepers.values():
                 keeper.update()
-        if t_us % LAYERS_US == 0:
+        if self._bus is not None and t_us % LAYERS_US == 0:
             shown = min(self.keepers)
             publish_layers(self._bus, self._grid, self.keepers[shown].field, t_us)
         asked, self._asked = self._asked, {}

@@ -42,8 +42,22 @@ def service_of(mission: Mission, bus: Bus, air: Air, truth: TruthTrack) -> Servi
         radio = PlaceAir(bus, air.radio, air.agents, assemble.radio_tiling(mission), truth)
         radio.share(air)
         return Asking(sites_of(mission, table), radio)
+    return copies_of(mission, bus, air.agents)
+
+
+def copies_of(mission: Mission, bus: Bus | None, agents: Sequence[int]) -> Copies | None:
+    """A copy of the pheromone maps for each of some agents; None: the mission has none.
+
+    Args:
+        mission: whichever form it asks for.
+        bus: where one copy is shown to people; None: nowhere.
+        agents: ids.
+    """
+    table = mission.stigmergy()
+    if table is None:
+        return None
     law, step_us = keeper_law(mission, table), to_us(table.step_s)
-    return Copies(bus, air.agents, mission.grid, law, step_us, table.before)
+    return Copies(bus, agents, mission.grid, law, step_us, table.before)
 
 
 def places_of(

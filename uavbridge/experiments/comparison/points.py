@@ -1,7 +1,8 @@
 """Missions with point masses or bare vehicle models; planners, maps and radio are the live ones.
 
 What is missing against a flight: take-off, autopilot, MAVLink, safety filter. Agents
-hear and map by the code of the live agent (``uavbridge.agent``), at the same ticks.
+hear and map by the code of the live agent (``uavbridge.agent``), at the same ticks; pheromone
+maps are copies, whatever the mission says.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from uavbridge.config.radio import radio_of
 from uavbridge.experiments.comparison.bodies import Bodies, Flock, Points, Vehicles
 from uavbridge.experiments.comparison.trial import Ages, Cell, Trial, Until, components, motion
 from uavbridge.rng import stream
-from uavbridge.runner import assemble
+from uavbridge.runner import assemble, places
 from uavbridge.runner.control import CONTROL_US
 
 
@@ -68,6 +69,7 @@ class Search:
         self._radio = radio_of(mission)
         self._ether = Ether(self._radio, agents)
         self._ages = Ages(agents)
+        self._copies = places.copies_of(mission, None, agents)
         self._reached: set[int] = set()  # targets that give signals
         self._tick_us = to_us(mission.tick)
         self._position = self._velocity = np.zeros((len(agents), 3))
@@ -84,6 +86,8 @@ class Search:
             for row, agent in enumerate(self.agents):
                 self._decide(row, agent, t_us)
             self._tell(t_us)
+        if self._copies is not None:
+            self._copies.step(t_us)
         if t_us % SECOND_US == 0:
             self._sample(t_us)
         return [None if agent.goal is None else agent.goal.setpoint for agent in self.agents]
@@ -108,10 +112,14 @@ class Search:
 
     def _hear(self, t_us: int) -> None:
         """Frames of the last tick, and of earlier ones that are due."""
-        for agent, heard in zip(self.agents, self._ether.receive(t_us), strict=True):
+        frames = dict(zip(self.team, self._ether.receive(t_us), strict=True))
+        answers = {} if self._copies is None else self._copies.receive({}, frames, t_us)
+        for agent in self.agents:
+            heard = frames[agent.plan.agent]
             for frame in heard:
                 agent.hearing.frame(frame)
             agent.mapping.merge(heard)
+            agent.sensed.answers += answers.get(agent.plan.agent, [])
 
     def _decide(self, row: int, agent: Searcher, t_us: int) -> None:
         position, velocity = self._position[row].copy(), self._velocity[row].copy()
@@ -125,6 +133,9 @@ class Search:
         rng = stream(self.mission.seed, "planner", agent.plan.agent, tick)
         goal, agent.memory = agent.plan.planner.plan(view, agent.memory, rng)
         agent.goal = sound(goal)
+        if self._copies is not None:
+            x, y, z = position.tolist()
+            self._copies.wish(agent.plan.agent, agent.goal, tick, (x, y, z), t_us)
         agent.sensed = Sensed()
 
     def _tell(self, t_us: int) -> None:
@@ -134,7 +145,7 @@ class Search:
             vx, vy, vz = self._velocity[row].tolist()
             payload = agent.goal.payload if agent.goal else b""
             frame = agent.telling.frame(t_us, (x, y, z), (vx, vy, vz), payload)
-            frames.append(frame)
+            frames.append(frame if self._copies is None else self._copies.outgoing(frame))
             records = unpack(self._rule, frame.cells)
             if records is not None and len(records):
                 self.union, _ = self._rule.merge(self.union, records)
