@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 # name on the command line -> kind of vehicle
 KINDS: Final = {"copter": "multirotor", "plane": "plane", "rover": "rover"}
 AUTOPILOTS: Final = ("px4", "ardupilot")
+_MODELS: Final = (*MODELS, "six-dof", "guidance")  # the last two are planes'
 _ROWS: Final = 20  # a longer table is drawn together
 _HOME: Final = "47.397742,8.545594,488"  # where PX4's simulations start
 
@@ -166,7 +167,7 @@ class Options:
     metavar="[HEIGHT]",
     help="Start flying, at 20 m or HEIGHT metres.",
 )
-@click.option("--model", default="multirotor", type=click.Choice(list(MODELS)), help="Dynamics.")
+@click.option("--model", default="multirotor", type=click.Choice(_MODELS), help="Dynamics.")
 @click.option("--kind", default="copter", type=click.Choice(list(KINDS)), help="Kind of vehicle.")
 @click.option(
     "--autopilot", default="px4", type=click.Choice(AUTOPILOTS), help="Which it speaks as."

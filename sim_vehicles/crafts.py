@@ -65,5 +65,6 @@ CRAFTS: Final[Mapping[tuple[str, str], Craft]] = MappingProxyType(
 )
 """By autopilot ("px4", "ardupilot") and kind ("multirotor", "rover", "plane")."""
 
+MODEL_NAMES: Final = tuple(dict.fromkeys(name for each in CRAFTS.values() for name in each.models))
 KINDS: Final = tuple(dict.fromkeys(kind for _, kind in CRAFTS))
 AUTOPILOTS: Final = tuple(dict.fromkeys(autopilot for autopilot, _ in CRAFTS))

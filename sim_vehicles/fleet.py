@@ -12,8 +12,8 @@ import numpy as np
 from planners.terrain import Terrain
 from sim_vehicles.autopilot import Autopilot
 from sim_vehicles.codec import Counts
-from sim_vehicles.crafts import AUTOPILOTS, CRAFTS, KINDS
-from sim_vehicles.dynamics import F64, MODELS, Bools, States, Wind, WindSpec
+from sim_vehicles.crafts import AUTOPILOTS, CRAFTS, KINDS, MODEL_NAMES
+from sim_vehicles.dynamics import F64, Bools, States, Wind, WindSpec
 from sim_vehicles.geodesy import Geodetic
 from sim_vehicles.squad import Squad, Surroundings, VehicleSpec
 
@@ -43,8 +43,8 @@ class Fleet:
     Args:
         specs: the vehicles.
         origin: where the fleet frame (ENU) is zero.
-        model: name of the multirotors' model, of ``sim_vehicles.dynamics.MODELS``; other
-            kinds have one each.
+        model: name of the vehicle model, of ``MODEL_NAMES``; kinds that do not have it take
+            their usual one.
         seed: of gusts and of start-up times.
         wind: None: calm.
         step_s: of the dynamics.
@@ -67,8 +67,8 @@ class Fleet:
         parameters: Mapping[str, float] | None = None,
         terrain: Terrain | None = None,
     ) -> None:
-        if model not in MODELS:
-            raise ValueError(f"model must be one of {', '.join(sorted(MODELS))}, not {model}")
+        if model not in MODEL_NAMES:
+            raise ValueError(f"model must be one of {', '.join(MODEL_NAMES)}, not {model}")
         _check(specs, terrain)
         self.specs = tuple(specs)
         self.systems = tuple(spec.system for spec in specs)

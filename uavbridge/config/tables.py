@@ -68,7 +68,8 @@ class Fleet(Table, frozen=True):
         float, Meta(gt=0.0, description="distance between starts that are placed automatically")
     ] = 50.0
     model: Annotated[
-        Literal["multirotor", "perfect"], Meta(description="vehicle model of the simulator")
+        Literal["multirotor", "perfect", "six-dof", "guidance"],
+        Meta(description="vehicle model of the simulator; planes have the last two"),
     ] = "multirotor"
 
 

@@ -9,6 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import common as mavlink
 
+from sim_vehicles.crafts import CRAFTS
+from sim_vehicles.__main__ import _MODELS
+from sim_vehicles.crafts import MODEL_NAMES
 from sim_vehicles.dynamics import WindSpec
 from sim_vehicles.fleet import Fleet, VehicleSpec
 from sim_vehicles.geodesy import Geodetic
@@ -222,6 +225,11 @@ RANGES = {
     "int8_t": 8, "uint8_t": 8, "int16_t": 16, "uint16_t": 16, "int32_t": 32, "uint32_t": 32,
     "int64_t": 64, "uint64_t": 64,
 }  # fmt: skip
+PARAMETERS = (
+    *("MPC_XY_CRUISE", "COM_LOW_BAT_ACT", "RTL_CONE_ANG", "x", "WPNAV_SPEED", "RTL_ALT"),
+    *("SR0_EXTRA1", "FENCE_ENABLE", "FENCE_RADIUS", "WP_LOITER_RAD", "WP_SPEED", "FS_GCS_ENABLE"),
+    *("AIRSPEED_CRUISE", "RTL_CONE_SLOPE", "RTL_LOIT_TIME", "GUID_TIMEOUT", "DISARM_DELAY"),
+)
 FLOATS = st.one_of(st.floats(width=32), st.sampled_from([0.0, 1.0, 4.0, 6.0, -20.0, float("nan")]))
 
 
@@ -241,7 +249,7 @@ def packets(draw):
         elif field in ("mission_type", "seq", "count", "frame", "coordinate_frame"):
             value = draw(st.integers(0, 7))
         elif field == "param_id":
-            value = draw(st.sampled_from(["MPC_XY_CRUISE", "COM_LOW_BAT_ACT", "RTL_CONE_ANG", "x"]))
+            value = draw(st.sampled_from(PARAMETERS))
             value = value.encode()
         elif kind == "char":
             value = draw(st.binary(max_size=length))
@@ -260,14 +268,27 @@ def packets(draw):
     return cls(**fields).pack(GCS)
 
 
-@given(st.lists(packets(), max_size=25), st.booleans(), st.sampled_from(["perfect", "multirotor"]))
-@settings(max_examples=60)
-def test_any_valid_packets_keep_it_sane(datagrams, flying, model):
-    spec = VehicleSpec(1, (0.0, 0.0, 0.0), in_air_m=20.0 if flying else None)
+@given(
+    st.lists(packets(), max_size=25),
+    st.booleans(),
+    st.sampled_from(["perfect", "multirotor"]),
+    st.sampled_from(sorted(CRAFTS)),
+)
+@settings(max_examples=90)
+def test_any_valid_packets_keep_it_sane(datagrams, flying, model, craft):
+    autopilot, kind = craft
+    height_m = 20.0 if flying and kind != "rover" else None
+    spec = VehicleSpec(1, (0.0, 0.0, 0.0), kind=kind, in_air_m=height_m, autopilot=autopilot)
     fleet = Fleet([spec], origin=ORIGIN, model=model)
+    if flying:
+        fleet.pilot.arm(0, force=True)
     for datagram in datagrams:
         fleet.receive(0, datagram)
         fleet.advance(fleet.now_us + 100_000)
         parse(each for _, each in fleet.transmit())
         sane(fleet)
     assert fleet.counts[0].packets == len(datagrams)
+
+
+def test_the_command_line_names_the_models_there_are():
+    assert {*_MODELS, "rover"} == set(MODEL_NAMES)

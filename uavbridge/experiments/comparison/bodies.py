@@ -15,7 +15,7 @@ import numpy as np
 from planners.terrain import Terrain
 from planners.types import F64, I64, FlySegment, FlyVelocity, Setpoint
 from sim_vehicles.crafts import CRAFTS
-from sim_vehicles.dynamics import MODELS, MakeModel, Setpoints, VehicleModel, Wind, WindSpec
+from sim_vehicles.dynamics import MakeModel, Setpoints, VehicleModel, Wind, WindSpec
 from uavbridge.agent.guidance import over_ground, wanted
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.bus.wire import Vector
@@ -153,9 +153,8 @@ def _ground(terrain: Terrain | None, position: F64) -> F64:
 
 def _model(kind: str, mission: Mission) -> MakeModel:
     """The dynamics of one kind of vehicle."""
-    if kind == "multirotor":
-        return MODELS[mission.fleet.model]
-    return next(iter(CRAFTS["px4", kind].models.values()))
+    models = CRAFTS["px4", kind].models
+    return models.get(mission.fleet.model) or next(iter(models.values()))
 
 
 def _wind(flock: Flock) -> Wind:
