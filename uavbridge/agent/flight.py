@@ -18,6 +18,7 @@ from uavbridge.agent.driving import Driving
 from uavbridge.agent.effects import Do, Effect, Inputs, Tell
 from uavbridge.agent.flying import Flying
 from uavbridge.agent.handling import HANDLING
+from uavbridge.agent.net import net_of
 from uavbridge.agent.obeying import Obeying
 from uavbridge.agent.orders import Order, Verb
 from uavbridge.agent.phases import DRIVEN, ENDED, FOLLOWING, Phase, check
@@ -36,7 +37,6 @@ from uavbridge.vehicle.api import (
     HoldPosition,
     LandHere,
     Mode,
-    Net,
     Refused,
     Said,
     SetNet,
@@ -51,8 +51,6 @@ SLOWEST = 0.7  # share of the speed limit below which a plane that we know nothi
 SLOWEST_CLIMB_M_S = 0.5  # of a vehicle that takes off
 EARLY_S = 5.0  # called home so soon, a vehicle that is not there yet has not failed
 STRANGE_MODE_S = 0.3  # a mode we did not ask for, for so long: somebody has the vehicle
-NET_MARGIN_M = 20.0  # from what the bridge allows to where the autopilot's own net begins
-LEAST_RETURN_M = 5.0  # above home, by the autopilot
 STALL_S = 0.5  # a step so late may have cost us the vehicle: then it is ours to take back
 STALL_MEMORY_S = 10.0
 WARNING = 4  # MAV_SEVERITY; texts less severe stay with the vehicle
@@ -268,7 +266,7 @@ class Flight:
             self._meet(state, t_us)
         elif self.phase is Phase.ARM:
             if not self._net_set:
-                self._ask(SetNet(self._net(position)), t_us)
+                self._ask(SetNet(net_of(self.plan, position)), t_us)
             elif not state.waiting_for:
                 self._ask(Arm(), t_us)
         elif self.phase is Phase.TAKEOFF:
@@ -304,21 +302,6 @@ class Flight:
             self.failure = f"vehicle is in the air already, in {mode}: yielded"
             self._tell(self.failure, failure=True)
         self._enter(Phase.YIELDED, t_us)
-
-    def _net(self, home: Vector) -> Net:
-        """What the autopilot is to hold to on its own, around where it stands."""
-        way, terrain = self.plan.envelope.holding(home), self.plan.terrain
-        x, y, z = home
-        highest_m = 0.0 if terrain is None else float(terrain.heights.max())
-        corners = [(e, n) for e in (way.west_m, way.east_m) for n in (way.south_m, way.north_m)]
-        setpoint_loss_s, link_loss_s = self.plan.net or (0.0, 0.0)
-        return Net(
-            fence_radius_m=max(hypot(e - x, n - y) for e, n in corners) + NET_MARGIN_M,
-            fence_height_m=highest_m + way.altitude_max_m - z + NET_MARGIN_M,
-            return_height_m=max(highest_m + self.plan.return_height_m - z, LEAST_RETURN_M),
-            setpoint_loss_s=setpoint_loss_s,
-            link_loss_s=link_loss_s,
-        )
 
     def _take_off(self, state: VehicleState, position: Vector, t_us: int) -> None:
         height_m = max(self.plan.low_height_m, self.course.handling.take_off_m)
