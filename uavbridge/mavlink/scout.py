@@ -129,6 +129,9 @@ class Scout:
     def _heartbeat(self, message: Any, component: int, t_us: int) -> None:
         self.telemetry.handlers["HEARTBEAT"](message, t_us)
         if self.telemetry.heartbeats:
+            flavour = self.telemetry.flavour
+            if not self.component and not isinstance(flavour, str):
+                self._wishes = Wishes((*_WISHES, *flavour.streams))
             self.component = component
             self._commands.component = component
             self.vehicle_type = message.type

@@ -7,7 +7,7 @@ Hundreds of messages arrive for every look, so a handler does no more than store
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import isfinite, nan, radians
+from math import dist, isfinite, nan, radians
 from typing import Any, Final
 
 import numpy as np
@@ -93,6 +93,18 @@ class Telemetry:
         if self.estimate_ok is False:
             return False
         return (self._local is not None and self.frame is not None) or self._global is not None
+
+    @property
+    def disagreement_m(self) -> float:
+        """How far apart its local and its global position are, in one frame; 0: only one is known.
+
+        They are told in frames of their own: where they differ, home or height of one is wrong.
+        """
+        if self._local is None or self._global is None or self.frame is None:
+            return 0.0
+        lat, lon, alt = self._global[:3]
+        told = to_enu(lat * 1e-7, lon * 1e-7, alt * 1e-3, self._mission)
+        return dist(told.tolist(), self.frame.to_mission(*self._local[:3]))
 
     @property
     def in_air(self) -> bool:

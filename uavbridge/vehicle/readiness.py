@@ -9,6 +9,7 @@ _COMPLAINT_US = to_us(30.0)  # ArduPilot repeats what is wrong every 30 s
 _TWINS_US = to_us(10.0)
 _TWIN_RESTARTS = 3
 _WARNING = 4
+_FARTHEST_M = 15.0  # two readings of one place
 
 
 class Readiness:
@@ -50,6 +51,9 @@ class Readiness:
             reasons.append("its estimator (EKF) has no position yet" + self._restarted())
         elif not telemetry.has_position:
             reasons.append("no position yet" + self._restarted())
+        elif telemetry.disagreement_m > _FARTHEST_M:
+            apart = f"{telemetry.disagreement_m:.0f} m"
+            reasons.append(f"its local and its global position are {apart} apart")
         if telemetry.frame is None:
             reasons.append("origin of its local frame not known yet" + self._restarted())
         if telemetry.checks_failed:

@@ -130,6 +130,21 @@ def test_it_shows_itself_once_a_second_before_anybody_answers() -> None:
     assert not bench.vehicle.state.link_ok
 
 
+def test_heights_that_do_not_agree_are_named_before_arming() -> None:
+    bench = Bench().ready()
+    assert bench.vehicle.state.waiting_for == ()
+    latitude, longitude, altitude = to_geodetic(np.array(START), ORIGIN)
+    place = {"lat": round(float(latitude) * 1e7), "lon": round(float(longitude) * 1e7)}
+    height_mm = round(float(altitude) * 1e3)
+    bench.say("GLOBAL_POSITION_INT", time_boot_ms=1000, alt=height_mm + 4_000, **place)
+    bench.run(0.1)
+    assert bench.vehicle.state.waiting_for == ()
+    bench.say("GLOBAL_POSITION_INT", time_boot_ms=1100, alt=height_mm - 47_000, **place)
+    bench.run(0.1)
+    (reason,) = bench.vehicle.state.waiting_for
+    assert reason == "its local and its global position are 47 m apart"
+
+
 def test_readiness_names_what_is_missing() -> None:
     bench = Bench()
     bench.heartbeat()
