@@ -36,6 +36,10 @@ def height(terrain: Terrain, place: Vector) -> float:
     return place[2] - float(terrain.height_at(place))
 
 
+def moved(vector: Vector, by: list[float]) -> Vector:
+    return vector[0] + by[0], vector[1] + by[1], vector[2] + by[2]
+
+
 def flown(terrain: Terrain, wishes: list[Vector], start: tuple[float, float]) -> list[Vector]:
     """Positions of a vehicle with a lag that wants each of some velocities for three seconds."""
     rules = envelope(terrain)
@@ -45,8 +49,10 @@ def flown(terrain: Terrain, wishes: list[Vector], start: tuple[float, float]) ->
         for _ in range(30):
             safe = constrain(wish, place, velocity, [], rules).velocity
             share = STEP_S / LAG_S
-            velocity = tuple(v + share * (s - v) for v, s in zip(velocity, safe, strict=True))
-            place = tuple(p + STEP_S * v for p, v in zip(place, velocity, strict=True))
+            velocity = moved(
+                velocity, [share * (s - v) for v, s in zip(velocity, safe, strict=True)]
+            )
+            place = moved(place, [STEP_S * v for v in velocity])
             places.append(place)
     return places
 
@@ -103,7 +109,7 @@ def test_what_drives_has_no_vertical_speed_and_stops_before_slopes_too_steep() -
     for _ in range(600):
         safe = constrain((8.0, 0.0, 3.0), place, velocity, [], rules).velocity
         assert safe[2] == 0.0
-        velocity = tuple(v + 0.4 * (s - v) for v, s in zip(velocity, safe, strict=True))
+        velocity = moved(velocity, [0.4 * (s - v) for v, s in zip(velocity, safe, strict=True)])
         place = (place[0] + STEP_S * velocity[0], place[1], 0.0)
     assert 280.0 < place[0] < 290.0  # the cliff begins at 290 m
 
