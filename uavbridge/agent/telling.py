@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import logging
 
+import numpy as np
+
+from planners.belief.maps import BeliefMap
 from uavbridge.agent.mapping import Mapping
 from uavbridge.agent.plan import AgentPlan
-from uavbridge.bus.wire import DELTA, HEAD_BYTES, KEYFRAME, Frame, Vector
+from uavbridge.bus.wire import CELLS_LIMIT, DELTA, HEAD_BYTES, KEYFRAME, Frame, Vector, encode
 from uavbridge.clock import to_us
 
 _log = logging.getLogger(__name__)
@@ -64,3 +67,27 @@ class Telling:
             root=told.root,
             probes=told.probes,
         )
+
+
+def whole_frame(plan: AgentPlan, belief: BeliefMap, t_us: int) -> bytes | None:
+    """All that an agent knows of the map, for onlookers; None: more than a frame holds.
+
+    Safe on another thread than the agent's: maps are replaced, never changed.
+    """
+    cells = plan.rule.records(belief, np.flatnonzero(belief.seen.reshape(-1))).tobytes()
+    if len(cells) > CELLS_LIMIT:
+        return None
+    nowhere = (0.0, 0.0, 0.0)
+    return encode(
+        Frame(
+            KEYFRAME,
+            plan.agent,
+            t_us // to_us(plan.scenario.tick_s),
+            t_us,
+            nowhere,
+            nowhere,
+            rule=plan.rule.code,
+            cells=cells,
+            mission=plan.mission_mark,
+        )
+    )

@@ -103,8 +103,8 @@ def space_of(key: str) -> Space | None:
 
 @lru_cache(maxsize=4096)
 def agent_of(key: str) -> int | None:
-    """The agent named by a key's last chunk that is not ``map``; None when there is none."""
-    last = key.removesuffix("/map").rpartition("/")[2]
+    """The agent named by a key's last chunk that is not ``map`` or ``cells``; None: none is."""
+    last = key.removesuffix("/map").removesuffix("/cells").rpartition("/")[2]
     return int(last) if last.isascii() and last.isdigit() else None
 
 
@@ -146,6 +146,11 @@ def state(agent: int | str) -> str:
 def state_map(agent: int | str) -> str:
     """An agent's whole map for people: published now and then, answered on request."""
     return f"state/{agent}/map"
+
+
+def state_cells(agent: int | str) -> str:
+    """All that an agent knows of the map, as a frame: for onlookers, on request."""
+    return f"state/{agent}/cells"
 
 
 def ack(agent: int | str) -> str:

@@ -21,6 +21,7 @@ from uavbridge.agent.orders import decode as decode_order
 from uavbridge.agent.phases import ENDED
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.agent.report import AgentReport, encode
+from uavbridge.agent.telling import whole_frame
 from uavbridge.bus import keys
 from uavbridge.bus.air import Air, SafetyBeacons
 from uavbridge.bus.api import Bus, Mailbox
@@ -114,14 +115,20 @@ class AgentHost:
         self.rejects: Counter[str] = Counter()  # malformed readings and orders
         self.events: list[Event] = []
         self._homewards = False
+        self._t_us = 0
         self.seats = [self._seat(plan, vehicles[plan.agent]) for plan in plans]
 
     def _seat(self, plan: AgentPlan, vehicle: Vehicle) -> Seat:
         agent = plan.agent
+        made = Agent(plan)
         self._bus.serve(keys.state_map(agent), lambda _key: self._maps.get(agent))
+        self._bus.serve(
+            keys.state_cells(agent),
+            lambda _key: whole_frame(plan, made.mapping.belief, self._t_us),
+        )
         self._bus.declare(keys.alive(agent))
         return Seat(
-            Agent(plan),
+            made,
             vehicle,
             obs=self._bus.subscribe(keys.obs(agent)),
             cmd=self._bus.subscribe(keys.cmd(agent)),
@@ -143,6 +150,7 @@ class AgentHost:
             t_us: mission time of the tick.
             late_s: how much later it really is.
         """
+        self._t_us = t_us
         events = [seat.vehicle.advance(t_us) for seat in self.seats]
         states = [seat.vehicle.state for seat in self.seats]
         where = {

@@ -40,12 +40,14 @@ from uavbridge.recording.topics import encode as encode_record
 from uavbridge.report.alliances import PLANNER as ROSTERED
 from uavbridge.report.alliances import Rosters
 from uavbridge.runner import assemble
+from uavbridge.runner.gaps import Gaps
 from uavbridge.runner.separation import Floor, SeparationWatch
 from uavbridge.thinned import keep
 
 OVERTIME_S = 600.0  # for the way home after the time limit
 TOLD_S = 10.0  # between two tellings of what is flown, for monitors
 YIELDED_S = 60.0  # after all were called home, a vehicle that somebody else has is left to them
+ASK_S = 0.3  # wall time for which agents may think about their answer
 SILENCE_S = 10.0  # an agent that reports no more for so long is lost
 
 _log = logging.getLogger(__name__)
@@ -108,6 +110,7 @@ class Judge:
         self.tracks: dict[int, list[tuple[float, float, float]]] = {}
         self.separation = SeparationWatch()
         self.rosters = Rosters(len(mission.targets)) if mission.planner == ROSTERED else None
+        self._gaps = Gaps()
         self._screening = Screening(assemble.bounds_of(mission))
         self.rejects = self._screening.rejects
         self._bus, self._recorder = bus, recorder
@@ -219,8 +222,11 @@ class Judge:
             frame = decode_frame(sample.data, self.rejects)
             if frame and self._screening.passes(sample.key, frame, frame.kind, t_us):
                 self._merge(frame)
+                self._gaps.note(frame.sender, frame.tick)
                 if self.rosters is not None:
                     self.rosters.hear(frame)
+        if self._gaps.due(t_us):
+            self._catch_up()
         for report in self._placed():
             keep(self.tracks.setdefault(report.agent, []), report.position)
         if not self._simulated:
@@ -242,6 +248,13 @@ class Judge:
         elif not self.ended(t_us):
             # Said again every second: an order may be lost like anything else.
             self._bus.publish(keys.cmd(), _GO_HOME)
+
+    def _catch_up(self) -> None:
+        """Frames were lost on the way here, with what they told of the map: ask all for theirs."""
+        for key, data in self._bus.query(keys.state_cells("*"), ASK_S):
+            frame = decode_frame(data, self.rejects)
+            if frame is not None and key == keys.state_cells(frame.sender):
+                self._merge(frame)
 
     def _placed(self) -> list[AgentReport]:
         """Of the agents whose position is known."""

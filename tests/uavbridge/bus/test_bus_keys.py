@@ -13,6 +13,7 @@ ALL = {
     keys.cmd(): None,
     keys.state(5): 5,
     keys.state_map(5): 5,
+    keys.state_cells(5): 5,
     keys.layer("path"): None,
     keys.layer("path", 8): 8,
     keys.TRUTH: None,

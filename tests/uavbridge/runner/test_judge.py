@@ -41,14 +41,14 @@ class Stage:
         )  # fmt: skip
         self.bus.publish(keys.state(agent), encode(report))
 
-    def seen(self, agent, cells, t_us, detected=False):
+    def seen(self, agent, cells, t_us, detected=False, tick=1):
         rule = MERGE_RULES[self.judge.mission.belief.merge]
         belief = rule.empty(self.judge.mission.grid, np.full((10, 10), 0.5))
         for cell in cells:
             belief = rule.observe(belief, cell, detected, SensorModel(), t_us=t_us, agent=agent)
         data = rule.records(belief, np.flatnonzero(belief.seen.reshape(-1))).tobytes()
         frame = Frame(
-            DELTA, agent, 1, t_us, (0.0, 0.0, 40.0), (0.0, 0.0, 0.0), b"", rule.code, data,
+            DELTA, agent, tick, t_us, (0.0, 0.0, 40.0), (0.0, 0.0, 0.0), b"", rule.code, data,
             mission=assemble.mission_mark(self.judge.mission),
         )  # fmt: skip
         self.bus.publish(keys.air((0, 0), agent), encode_frame(frame))
@@ -220,3 +220,29 @@ def test_vehicles_that_others_have_do_not_hold_up_the_end():
             break
     assert 20 + 60 < second < 20 + 65  # it could have been taken back meanwhile
     assert stage.judge.failures() == ("agent 2: last heard in phase yielded",)
+
+
+@pytest.mark.parametrize("merge", ["belief-update", "counts"])
+def test_what_was_told_in_lost_frames_is_asked_for(merge):
+    stage = Stage(**{"belief.merge": merge})
+    whole = stage.bus.subscribe("air/**")
+    asked = []
+
+    def answer(_key):
+        asked.append(1)
+        return whole_map
+
+    stage.seen(1, [(0, 0), (1, 1), (2, 2)], 2 * SECOND)  # never reaches the judge
+    whole_map = whole.drain()[0].data
+    stage.judge._frames.drain()
+    stage.bus.serve(keys.state_cells(1), answer)
+    stage.seen(1, [(0, 0)], 2 * SECOND, tick=2)
+    stage.second(2)
+    assert stage.judge.seen_share == pytest.approx(0.01)
+    stage.seen(1, [(3, 3)], 4 * SECOND, tick=4)
+    stage.second(4)
+    assert stage.judge.seen_share == pytest.approx(0.04)
+    stage.seen(1, [(4, 4)], 6 * SECOND, tick=6)
+    stage.second(6)
+    stage.second(14)
+    assert len(asked) == 2  # not oftener than every ten seconds
