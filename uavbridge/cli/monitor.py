@@ -10,6 +10,7 @@ import click
 
 from uavbridge.agent.orders import Verb
 from uavbridge.cli.command import KEYS, ROUTER, choose_mission, identity_of
+from uavbridge.cli.steps import steps
 from uavbridge.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -72,7 +73,8 @@ def _sender(bus: Bus, watch: MissionWatch) -> Send:
 
 def _in_browser(recording: Path | None, options: dict[str, Any]) -> None:
     from uavbridge.bus.zenoh_bus import find_missions
-    from uavbridge.monitor.web.pages import Place, serve_live, serve_recording
+    from uavbridge.monitor.replayed import Player
+    from uavbridge.monitor.web.pages import Place, check_extra, serve_live, serve_recording
 
     place = Place(options["host"], options["port"], options["token"])
 
@@ -80,7 +82,10 @@ def _in_browser(recording: Path | None, options: dict[str, Any]) -> None:
         click.echo(f"{address}  (Ctrl-C ends)")
 
     if recording is not None:
-        serve_recording(recording, place, ready)
+        check_extra()
+        with steps("reading") as tell:
+            player = Player(recording, tell)
+        serve_recording(player, place, ready)
         return
     router, identity = options["router"], identity_of(options["keys"])
     mission = choose_mission(find_missions(router, identity=identity), options["mission"], router)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 
 from uavbridge.bus.api import Sample
@@ -22,6 +23,7 @@ class Player:
 
     Args:
         path: of ``mission.mcap``, or the folder it lies in.
+        progress: told the mission time as it is read.
 
     Attributes:
         name: of the mission.
@@ -32,13 +34,13 @@ class Player:
         ConfigError: it is no recording, or an empty one.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, progress: Callable[[int], None] = lambda _t_us: None) -> None:
         recording = Recording(path)
-        shown = [
-            (message.t_us, Sample(key, message.data))
-            for message in recording.messages()
-            if (key := key_of(message)) is not None
-        ]
+        shown = []
+        for message in recording.messages():
+            progress(message.t_us)
+            if (key := key_of(message)) is not None:
+                shown.append((message.t_us, Sample(key, message.data)))
         if not shown:
             raise ConfigError(f"{recording.path}: holds nothing to show")
         self.name = recording.mission_name

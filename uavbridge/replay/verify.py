@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 
 from planners.memory import loads
@@ -29,6 +28,7 @@ from uavbridge.bus.wire import Frame, decode
 from uavbridge.clock import to_s, to_us
 from uavbridge.errors import ConfigError, UavbridgeError
 from uavbridge.recording.decisions import decision_record, differences
+from uavbridge.recording.parts import MCAP_NAME
 from uavbridge.recording.reader import Message
 from uavbridge.recording.topics import (
     AnswerRecord,
@@ -41,6 +41,7 @@ from uavbridge.recording.topics import decode as decode_record
 from uavbridge.replay.opened import opened
 from uavbridge.rng import stream
 from uavbridge.runner import assemble
+from uavbridge.runner.crew import FOLDER
 
 DELIVERED = 0  # outcome code in ``heard``
 FRAMES_KEPT = 200_000  # then the older half goes: no radio is so slow
@@ -83,6 +84,9 @@ def verify(
 ) -> Verified:
     """Take the decisions of a recording again.
 
+    Those of agents that flew in processes of their own are in recordings of their own, below
+    the launcher's: they are taken again one after the other.
+
     Args:
         path: of ``mission.mcap``, or of the folder it lies in.
         from_s: mission time from which on decisions are compared.
@@ -105,13 +109,28 @@ def verify(
             taken += _take(message, minds, frames, to_us(from_s))
     except _DiffersError as difference:
         return Verified(taken, str(difference))
-    except (msgspec.DecodeError, KeyError) as fault:
+    except (ValueError, KeyError, TypeError) as fault:  # msgspec's are ValueErrors
         raise ConfigError(f"{path}: {message.topic} at {to_s(message.t_us):g} s: {fault}") from None
+    apart = sorted((whole.recording.path.parent / FOLDER).glob(f"*/{MCAP_NAME}"))
+    if not taken and apart:
+        return _verify_apart(apart, from_s, kind, progress)
     if not taken:
         what = (
             "it was recorded from the bus" if whole.recording.from_bus else f"from {from_s:g} s on"
         )
         raise ConfigError(f"{path}: holds no decisions to verify: {what}")
+    return Verified(taken)
+
+
+def _verify_apart(
+    paths: list[Path], from_s: float, kind: PlannerKind | None, progress: Callable[[int], None]
+) -> Verified:
+    taken = 0
+    for path in paths:
+        result = verify(path, from_s=from_s, kind=kind, progress=progress)
+        taken += result.decisions
+        if not result.ok:
+            return Verified(taken, result.difference)
     return Verified(taken)
 
 
@@ -165,7 +184,14 @@ def _decide(mind: _Mind, t_us: int, recorded: DecisionRecord, compare: bool) -> 
     if compare:
         view = view_of(plan, recorded.tick, t_us, own, mind.hearing, mind.mapping, mind.sensed)
         rng = stream(plan.seed, "planner", plan.agent, recorded.tick)
-        goal, memory = plan.planner.plan(view, _memory(mind, view, recorded), rng)
+        memory = _memory(mind, view, recorded)
+        try:
+            goal, memory = plan.planner.plan(view, memory, rng)
+        except Exception as fault:  # noqa: BLE001 - other people's planners may raise anything
+            raise _DiffersError(
+                f"agent {plan.agent}, decision {recorded.tick} at {to_s(t_us):.1f} s: "
+                f"the planner raised {type(fault).__name__}: {fault}"
+            ) from None
         again = decision_record(
             Decided(recorded.tick, position, velocity, recorded.heading, goal, memory)
         )

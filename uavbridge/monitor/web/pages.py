@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
-from pathlib import Path
 
 from uavbridge.bus.security import Identity
 from uavbridge.bus.zenoh_bus import ZenohBus
@@ -62,15 +61,15 @@ def serve_live(
         _serve(Live(bus, mission, connected=lambda: bus.connected), place, ready, stop)
 
 
-def serve_recording(path: Path, place: Place, ready: Callable[[str], None]) -> None:
+def serve_recording(player: Player, place: Place, ready: Callable[[str], None]) -> None:
     """Serve the page of a recording until Ctrl-C.
 
     Raises:
-        ConfigError: it is no recording, or as ``server.serve`` does.
+        ConfigError: as ``server.serve`` does.
         LinkError: the port cannot be listened on.
     """
     check_extra()
-    _serve(Recorded(Player(path)), place, ready, lambda: False)
+    _serve(Recorded(player), place, ready, lambda: False)
 
 
 @contextmanager
