@@ -23,7 +23,7 @@ from sim_vehicles.params import Parameters
 from sim_vehicles.pilot import Routine
 from sim_vehicles.plans import Plan, Step, Vector
 from sim_vehicles.routines import stopping_place
-from sim_vehicles.status import NEVER, Said, Status, Told
+from sim_vehicles.status import ALWAYS_LATER, NEVER, Said, Status, Told
 
 _INFO: Final = 6
 
@@ -203,6 +203,10 @@ class Autopilot:
         self.status.setpoint_us[i] = self.status.gcs_us[i] = NEVER
         self.switch(i, self.craft.start_mode)
         return None
+
+    def fail_gps(self, i: int, *, lost: bool) -> None:
+        """The receiver fails, or works again; the position estimate goes with it."""
+        self.status.ready_us[i] = ALWAYS_LATER if lost else self.now_us
 
     def change_mode(self, i: int, mode: Mode) -> Refusal | None:
         """Someone asks for a mode; None: it is on."""

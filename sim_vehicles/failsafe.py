@@ -56,6 +56,7 @@ class Failsafes:
     modes: Mapping[Action, Mode] = _MODES
     link_texts: tuple[str, str] = ("Connection to ground station lost", "GCS connection regained")
     fence_text = "Geofence exceeded"
+    position_text = "Position estimate lost"
     link_only_if_asked = False  # a lost link is nothing worth telling, unless something is done
 
     def __init__(self, pilot: Pilot) -> None:
@@ -66,6 +67,8 @@ class Failsafes:
         self._pending: dict[int, Action] = {}
         self._outside: Bools = np.zeros(n, dtype=np.bool_)
         self._link_done: Bools = np.zeros(n, dtype=np.bool_)
+        needing = [mode in pilot.modes and pilot.modes[mode].needs_position for mode in Mode]
+        self._placed: Bools = np.array(needing, dtype=np.bool_)
         self._version = -1
         self._fenced = False
         self.fences: dict[int, Callable[[float, float, float], bool]] = {}
@@ -80,6 +83,7 @@ class Failsafes:
                 (column("GF_MAX_VER_DIST") > 0).any()
             )
         self._check_offboard(t_us)
+        self._check_position(t_us)
         self._check_link(t_us)
         self._check_battery()
         if self._fenced or self.fences:
@@ -116,6 +120,15 @@ class Failsafes:
             self.trigger(i, OFFBOARD_LOSS[int(column("COM_OBL_RC_ACT")[i])], delayed=False)
             if status.mode[i] == Mode.OFFBOARD:  # nothing worse was in force: at least stop
                 self._pilot.switch(i, Mode.HOLD)
+
+    def _check_position(self, t_us: int) -> None:
+        """Without a position estimate, modes that need one end in a landing."""
+        status = self._status
+        lost = (status.ready_us > t_us) & status.armed & ~status.landed & self._placed[status.mode]
+        if lost.any():
+            for i in lost.nonzero()[0].tolist():
+                self._pilot.say(i, _CRITICAL, self.position_text)
+                self.trigger(i, Action.LAND, delayed=False)
 
     def _check_link(self, t_us: int) -> None:
         status, column = self._status, self._pilot.parameters.column

@@ -106,6 +106,7 @@ TABLE: Final[tuple[Parameter, ...]] = (
     whole("SDLOG_MODE", 1),
     whole("SYS_AUTOCONFIG", 0),
     whole("SYS_AUTOSTART", 10040),
+    whole("SYS_FAILURE_EN", 0, 0, 1),
     whole("SYS_HAS_BARO", 1),
     whole("SYS_HAS_GPS", 1),
     whole("SYS_HAS_MAG", 1),

@@ -198,7 +198,8 @@ def _global_position(out: Record, now: Readings) -> None:
 
 def _gps_raw(out: Record, now: Readings) -> None:
     out["time_usec"] = now.t_us
-    out["fix_type"] = mav.GPS_FIX_TYPE_3D_FIX
+    lost = now.snapshot.sensors_health[now.rows] & mav.MAV_SYS_STATUS_SENSOR_GPS == 0
+    out["fix_type"] = np.where(lost, mav.GPS_FIX_TYPE_NO_FIX, mav.GPS_FIX_TYPE_3D_FIX)
     out["lat:alt"] = now.geodetic
     out["alt_ellipsoid"] = now.geodetic[:, 2]
     out["eph"] = 70  # dilution of precision, in hundredths

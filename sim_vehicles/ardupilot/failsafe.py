@@ -23,6 +23,7 @@ class ArduPilotFailsafes(Failsafes):
     }
     link_texts = ("GCS Failsafe", "GCS Failsafe Cleared")
     fence_text = "Fence Breached"
+    position_text = "EKF variance"
     link_only_if_asked = True
 
     def _check_offboard(self, t_us: int) -> None:

@@ -20,6 +20,7 @@ DENIED: Final[int] = mav.MAV_RESULT_DENIED
 UNSUPPORTED: Final[int] = mav.MAV_RESULT_UNSUPPORTED
 WRONG_FRAME: Final = 9  # MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
 _FORCE: Final = 21196
+_FAILURES: Final = (mav.FAILURE_TYPE_OK, mav.FAILURE_TYPE_OFF)
 _CRITICAL: Final = 2
 
 Command: TypeAlias = Callable[[Endpoint, Order], int]
@@ -194,6 +195,19 @@ def _enable_fence(endpoint: Endpoint, order: Order) -> int:
     return ACCEPTED
 
 
+def _inject_failure(endpoint: Endpoint, order: Order) -> int:
+    """INJECT_FAILURE: the GPS receiver, off and well again; PX4's, with SYS_FAILURE_EN."""
+    parameters, i = endpoint.pilot.parameters, endpoint.index
+    if parameters.row("SYS_FAILURE_EN") is None:
+        return UNSUPPORTED
+    if parameters.get(i, "SYS_FAILURE_EN") == 0:
+        return DENIED
+    if order.whole(1) != mav.FAILURE_UNIT_SENSOR_GPS or order.whole(2) not in _FAILURES:
+        return UNSUPPORTED
+    endpoint.pilot.fail_gps(i, lost=order.whole(2) == mav.FAILURE_TYPE_OFF)
+    return ACCEPTED
+
+
 def _terminate(endpoint: Endpoint, order: Order) -> int:
     if order.number(1) > 0.5 and endpoint.pilot.status.armed[endpoint.index]:
         endpoint.pilot.stop_motors(endpoint.index, "Flight terminated")
@@ -230,6 +244,7 @@ COMMANDS: Final[dict[int, Command]] = {
     mav.MAV_CMD_DO_SET_HOME: _set_home,
     mav.MAV_CMD_DO_FENCE_ENABLE: _enable_fence,
     mav.MAV_CMD_DO_FLIGHTTERMINATION: _terminate,
+    mav.MAV_CMD_INJECT_FAILURE: _inject_failure,
     mav.MAV_CMD_DO_REPOSITION: _reposition,
     mav.MAV_CMD_DO_PAUSE_CONTINUE: _pause_or_continue,
     mav.MAV_CMD_DO_SET_MISSION_CURRENT: _set_mission_current,

@@ -186,3 +186,24 @@ def test_termination_stops_the_motors(station, model):
     gcs.fly(5)
     assert gcs.position[2] == 0.0
     assert np.abs(gcs.velocity).max() == 0.0
+
+
+@pytest.mark.parametrize("model", ["perfect", "multirotor"])
+def test_a_lost_gps_ends_in_a_landing(station, model):
+    gps, off, well = 4, 1, 0
+    gcs = station(model=model, in_air_m=20.0)
+    assert gcs.command(mavlink.MAV_CMD_INJECT_FAILURE, gps, off) == 2  # SYS_FAILURE_EN is 0
+    gcs.param("SYS_FAILURE_EN", 1)
+    assert gcs.command(mavlink.MAV_CMD_INJECT_FAILURE, 101, off) == 3  # motors do not fail
+    gcs.fly(3)
+    assert gcs.newest("GPS_RAW_INT").fix_type == 3
+    assert gcs.command(mavlink.MAV_CMD_INJECT_FAILURE, gps, off) == 0
+    gcs.fly(2, until=lambda: gcs.mode == "Land")
+    assert "Position estimate lost" in gcs.texts
+    assert gcs.mode_to(4, 3) == 1  # no Hold without a position
+    gcs.fly(1)
+    assert gcs.newest("GPS_RAW_INT").fix_type == 1
+    assert gcs.command(mavlink.MAV_CMD_INJECT_FAILURE, gps, well) == 0
+    assert gcs.mode_to(4, 3) == 0
+    gcs.fly(3)
+    assert gcs.mode == "Hold"
