@@ -1,7 +1,8 @@
 """What each merge rule brings when the merged map steers the search: Khan 2014, future work.
 
 Khan's setting as missions (``missions``), flown by planners that go where their map
-tells them to; fixed sweeps beside them. The rule is the mission's own ``belief.merge``.
+tells them to. The rule is the mission's own ``belief.merge``. Fixed sweeps are those of
+``khan-table2``; the planner ``sweep`` flies them here too.
 A search goes on after a false alarm, until some agent declares the target's own cell:
 ``gain_percent`` is of that time, and so a rule gains nothing by naming wrong cells fast.
 """
@@ -34,7 +35,7 @@ SWEEP = "sweep"
 class Params(KhanParams):
     """The setting, the planners and the rules."""
 
-    planners: str = param("esustpm,boids-guided,sweep", unit="-", doc="names, by commas")
+    planners: str = param("esustpm,boids-guided", unit="-", doc="names, by commas")
     rules: str = param(",".join(RULES[1:]), unit="-", doc="merging rules, by commas; UNC always is")
     uavs: int = param(5, unit="1", doc="N", low=1, high=50)
     ranges: str = param("2,6", unit="cells", doc="communication ranges, by commas")
