@@ -27,14 +27,14 @@ class Purpose(IntEnum):
 
 
 def draw(
-    seed: int,
+    seed: npt.ArrayLike,
     purpose: Purpose,
     sender: npt.ArrayLike,
     receiver: npt.ArrayLike,
     tick: npt.ArrayLike,
 ) -> F64:
-    """Uniform in [0, 1), of sender, receiver and tick (...), broadcast against each other."""
-    key = mixed([seed % (1 << 64)])
+    """Uniform in [0, 1), of seed, sender, receiver and tick (...), broadcast against each other."""
+    key = mixed(seed)
     for part in (np.array([purpose.value]), sender, receiver, tick):
         key = mixed(key ^ np.asarray(part).astype(np.uint64))
     return np.asarray((key >> np.uint64(11)) * 2.0**-53)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -25,6 +26,8 @@ from planners.search.mountain.state import (
 from planners.search.mountain.step import step
 from planners.terrain import Terrain
 from planners.types import F64, I64, Bools
+from uavbridge.radio.draws import Purpose
+from uavbridge.radio.draws import draw as uniform
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,6 +198,11 @@ class _Randomness:
     def __init__(self, generators: Sequence[np.random.Generator]) -> None:
         self._generators = generators
 
+    @cached_property
+    def seeds(self) -> I64:
+        """(runs,) for what is drawn by number."""
+        return np.array([one.integers(2**62) for one in self._generators])
+
     def normal(self, run: I64, shape: tuple[int, ...]) -> F64:
         return np.stack([self._generators[i].standard_normal(shape) for i in run])
 
@@ -232,7 +240,9 @@ class _Radio:
             told = state.robots.told.map(lambda part: part[:, None])
             return Heard(ids, state.position[:, None], near | own, told)
         if self._world.loss:
-            near &= draw.uniform(state.run, (n, n)) >= self._world.loss
+            link = np.arange(n)
+            seeds = draw.seeds[state.run, None, None]
+            near &= uniform(seeds, Purpose.LOSS, link, link[:, None], state.t) >= self._world.loss
         return self._late(state, ids, near, own)
 
     def _late(self, state: State, ids: I64, near: Bools, own: Bools) -> Heard:
