@@ -37,6 +37,8 @@ class ArduPilot(Autopilot):
         self._until_us: dict[int, int] = {}  # followers of a velocity, until
         self._targets: dict[int, Vector] = {}  # where rovers were sent
         self._homes: set[int] = set()  # who has told of its home
+        self._without_gps: set[int] = set()
+        self._version = -1
         return RoverFailsafes(self) if self._drives else ArduPilotFailsafes(self)
 
     @property
@@ -46,6 +48,9 @@ class ArduPilot(Autopilot):
     # -- what happens by itself --------------------------------------------------------
 
     def tick(self, t_us: int) -> None:
+        if self.parameters.version != self._version:
+            self._version = self.parameters.version
+            self._switch_gps()
         super().tick(t_us)
         self._wake(t_us)
         for i in [i for i, until in self._until_us.items() if t_us > until]:
@@ -57,6 +62,13 @@ class ArduPilot(Autopilot):
             if hypot(x - hx, y - hy) <= self._near_m(i):
                 del self._targets[i]
                 self.status.told.append(Reached(i, 0))
+
+    def _switch_gps(self) -> None:
+        """SIM_GPS_DISABLE was set, or set back."""
+        off = set(self.parameters.column("SIM_GPS_DISABLE").nonzero()[0].tolist())
+        for i in off ^ self._without_gps:
+            self.fail_gps(i, lost=i in off)
+        self._without_gps = off
 
     def _near_m(self, i: int) -> float:
         """How near to its target it has arrived."""

@@ -28,11 +28,11 @@ _AHEAD_M: Final = 1e4  # as far as a course is held
 _NAMES: Final = frozenset(each.name for each in PX4)
 HIDDEN: Final = (*PX4, *(each for each in _HIDDEN if each.name not in _NAMES))
 LIMITS: Final = PlaneLimits(
-    slowest_m_s=10.0,
+    slowest_m_s=18.0,  # it stalls at 15, whatever AIRSPEED_MIN says
     trim_m_s=22.0,
     fastest_m_s=30.0,
     bank_rad=radians(45.0),
-    rotate_m_s=12.0,
+    rotate_m_s=17.0,
 )
 """Of the aircraft that ArduPilot simulates, near enough."""
 

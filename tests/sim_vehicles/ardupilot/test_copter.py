@@ -314,3 +314,15 @@ def test_a_rally_point_is_nearer(gcs):
     assert gcs.mode_to(RTL) == 0
     gcs.fly(60, until=lambda: not gcs.armed)
     assert gcs.position == pytest.approx([0.0, 44.5, 0.0], abs=0.5)
+
+
+def test_a_lost_gps_ends_in_a_landing(gcs):
+    up(gcs)
+    gcs.param("SIM_GPS_DISABLE", 1)
+    gcs.fly(2, until=lambda: gcs.mode == "LAND")
+    assert "EKF variance" in gcs.texts
+    assert gcs.mode_to(LOITER) == FAILED
+    assert gcs.texts[-1] == "Mode change to LOITER failed: requires position"
+    gcs.param("SIM_GPS_DISABLE", 0)
+    gcs.fly(0.2)
+    assert gcs.mode_to(LOITER) == 0
