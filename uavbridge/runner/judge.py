@@ -355,7 +355,7 @@ class Judge:
 
     def _separation_by_reports(self, t_us: int) -> None:
         flying = [
-            r.position for r in self.reports.values() if r.in_air or r.agent in self._floor.driving
+            r.position for r in self._placed() if r.in_air or r.agent in self._floor.driving
         ]
         self.separation.add(t_us, np.array(flying).reshape(-1, 3), ground_m=-inf)
 

@@ -246,3 +246,37 @@ def test_what_was_told_in_lost_frames_is_asked_for(merge):
     stage.second(6)
     stage.second(14)
     assert len(asked) == 2  # not oftener than every ten seconds
+
+
+def test_rovers_that_do_not_know_their_place_yet_are_near_nobody():
+    stage = Stage(**{"fleet.kind": "rover"})
+    for agent in (1, 2):
+        stage.report(agent, SECOND, phase="connect")
+    stage.second(1)
+    assert math.isnan(stage.judge.separation.closest)
+    stage.report(1, 2 * SECOND)
+    stage.report(2, 2 * SECOND)
+    stage.second(2)
+    assert stage.judge.separation.closest == 0.0
+
+
+def test_targets_with_signals_are_found_where_somebody_arrives():
+    stage = Stage(**{"signals.range_m": 100.0})
+    stage.report(1, SECOND, declared=[(4, 5, 3), (4, 7, 4), (7, 5, 5)])
+    stage.second(1)
+    assert stage.judge.found == 0
+    for agent, found in ((1, [(0, 5), (2, 9)]), (2, [(1, 7), (2, 8), (9, 1)])):
+        report = AgentReport(
+            agent=agent, t_us=2 * SECOND, phase="search", mode="OFFBOARD", position=(1.0, 2.0, 40.0),
+            velocity=(0.0, 0.0, 0.0), heading=0.0, armed=True, in_air=True, battery=0.9,
+            neighbours=1, note="", distance_m=5.0, declared=[], found=found,
+        )  # fmt: skip
+        stage.bus.publish(keys.state(agent), encode(report))
+    stage.second(2)
+    assert stage.judge.verdict is Verdict.GOAL
+    assert {number: (one.by, one.t_us) for number, one in stage.judge.reached.items()} == {
+        0: (1, 5),
+        1: (2, 7),
+        2: (2, 8),
+    }
+    assert stage.judge.rejects["target"] == 1

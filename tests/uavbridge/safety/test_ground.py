@@ -62,7 +62,7 @@ wishes = st.lists(st.tuples(speeds, speeds, st.floats(-6, 6)), min_size=3, max_s
 inside = st.tuples(st.floats(20, 580), st.floats(20, 580))
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(wishes, inside)
 def test_no_wish_leads_into_mountains(wishes: list[Vector], start: tuple[float, float]) -> None:
     heights = [height(HILLS, place) for place in flown(HILLS, wishes, start)]
