@@ -15,7 +15,7 @@ from sim_vehicles.codec import mav
 from sim_vehicles.craft import Craft
 from sim_vehicles.driving import DrivenLegs
 from sim_vehicles.dynamics import MODELS
-from sim_vehicles.dynamics.plane import GuidedPlane, PlaneParams
+from sim_vehicles.dynamics.plane import GuidedPlane, PlaneParams, SixDof
 from sim_vehicles.dynamics.rover import GroundRover, RoverParams
 from sim_vehicles.failsafe import Action
 from sim_vehicles.flavour import States
@@ -246,7 +246,10 @@ PLANE: Final = Craft(
         _STANDBY,
         local_setpoints=False,
     ),
-    models={"guidance": partial(GuidedPlane, params=PlaneParams(limits=plane.LIMITS))},
+    models={
+        "guidance": partial(GuidedPlane, params=PlaneParams(limits=plane.LIMITS)),
+        "six-dof": partial(SixDof, params=PlaneParams(limits=plane.LIMITS)),
+    },
     modes={
         Mode.MANUAL: _mode("MANUAL", place=False),
         Mode.ALTITUDE: _mode("FBWA", place=False),
