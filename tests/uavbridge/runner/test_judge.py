@@ -267,7 +267,7 @@ def test_targets_with_signals_are_found_where_somebody_arrives():
     assert stage.judge.found == 0
     for agent, found in ((1, [(0, 5), (2, 9)]), (2, [(1, 7), (2, 8), (9, 1)])):
         report = AgentReport(
-            agent=agent, t_us=2 * SECOND, phase="search", mode="OFFBOARD", position=(1.0, 2.0, 40.0),
+            agent=agent, t_us=SECOND, phase="search", mode="OFFBOARD", position=(1.0, 2.0, 40.0),
             velocity=(0.0, 0.0, 0.0), heading=0.0, armed=True, in_air=True, battery=0.9,
             neighbours=1, note="", distance_m=5.0, declared=[], found=found,
         )  # fmt: skip
