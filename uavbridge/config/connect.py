@@ -38,14 +38,25 @@ def connect(
             raise error.at("--connect") from None
     if not urls:
         return mission
-    listed = {agent.id: agent for agent in mission.agents[: mission.vehicles]}
     free = [member.id for member in mission.team() if mission.endpoint(member.id) is None]
     if len(urls) > len(free):
         raise ConfigError(f"--connect: {len(urls)} URLs for {len(free)} agents without a vehicle")
-    for number, url in zip(free, urls, strict=False):
-        listed[number] = replace(listed.get(number, Agent(id=number)), endpoint=url)
+    connected = with_endpoints(mission, dict(zip(free, urls, strict=False)))
     agents = [
         {key: value for key, value in to_builtins(agent).items() if value is not None}
-        for agent in listed.values()
+        for agent in connected.agents
     ]
     return override(mission, {"agents": agents}, planners=planners)
+
+
+def with_endpoints(mission: Mission, endpoints: Mapping[int, str]) -> Mission:
+    """The mission with the vehicles of some of its team elsewhere, not checked again.
+
+    Args:
+        mission: checked.
+        endpoints: where they are, by agent.
+    """
+    listed = {agent.id: agent for agent in mission.agents[: mission.vehicles]}
+    for number, url in endpoints.items():
+        listed[number] = replace(listed.get(number, Agent(id=number)), endpoint=url)
+    return replace(mission, agents=tuple(listed.values()))

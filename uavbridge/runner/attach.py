@@ -7,7 +7,7 @@ next by system id. What would go wrong in the air is an error here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -72,6 +72,7 @@ def attach(
     adopt_home: bool = False,
     adopt_speed: bool = False,
     resumes: bool = False,
+    agents: Collection[int] | None = None,
     tell: Callable[[str], None] = lambda _text: None,
 ) -> Iterator[Attachments]:
     """Find the vehicles of a mission's endpoints; let go of them in the end.
@@ -81,6 +82,7 @@ def attach(
         adopt_home: the mission's origin moves to the first vehicle's home.
         adopt_speed: the mission goes as fast as the vehicles' clocks.
         resumes: the mission was flown before: vehicles may be in the air.
+        agents: whose vehicles; None: of those that fly in the launcher's own process.
         tell: is told what was found.
 
     Raises:
@@ -88,7 +90,7 @@ def attach(
         VehicleError: they cannot be flown together, or not in this mission.
         ConfigError: the mission's speed is not the vehicles'.
     """
-    ends = ends_of(mission)
+    ends = ends_of(mission, agents)
     if not ends:
         yield Attachments(mission)
         return
@@ -107,14 +109,12 @@ def attach(
         yield Attachments(mission, vehicles)
 
 
-def ends_of(mission: Mission) -> dict[int, Endpoint]:
-    """Where the vehicles are that the launcher itself flies and does not simulate, by agent."""
-    apart = mission.apart()
-    return {
-        member.id: parse_url(url)
-        for member in mission.team()
-        if member.id not in apart and (url := mission.endpoint(member.id)) is not None
-    }
+def ends_of(mission: Mission, agents: Collection[int] | None = None) -> dict[int, Endpoint]:
+    """Where the vehicles are that nobody simulates, by agent; ``agents`` as in ``attach``."""
+    team = {member.id for member in mission.team()}
+    flown = team - mission.apart() if agents is None else team & set(agents)
+    urls = {agent: mission.endpoint(agent) for agent in sorted(flown)}
+    return {agent: parse_url(url) for agent, url in urls.items() if url is not None}
 
 
 def keyring_of(mission: Mission) -> Keyring | None:

@@ -20,6 +20,7 @@ from uavbridge.bus.wire import Frame, decode
 from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.clock import SECOND_US, LedClock, PacedClock, pause, to_s, to_us, wall_date
 from uavbridge.config import Mission, parse, to_toml
+from uavbridge.config.connect import with_endpoints
 from uavbridge.errors import ConfigError, UavbridgeError
 from uavbridge.mavlink.urls import open_link
 from uavbridge.recording.parts import MCAP_NAME
@@ -27,14 +28,16 @@ from uavbridge.recording.reader import Recording
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import MissionRecord
 from uavbridge.runner import assemble
+from uavbridge.runner.attach import attach
 from uavbridge.runner.briefing import Agreement, Briefing, agree, wait_for
 from uavbridge.runner.control import CONTROL_US, LATE_TICKS, LEAD_US, build_host, logged
+from uavbridge.runner.drivers import driver_of
 from uavbridge.runner.folder import as_flown
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.outcome import versions
 from uavbridge.runner.pace import Pace
 from uavbridge.runner.simulation import Reached
-from uavbridge.vehicle.mavlink import MavlinkVehicle
+from uavbridge.runner.stand_down import stand_down
 
 # Of a machine, not of the mission: these may differ from the launcher's.
 _OWN = frozenset({"agents", "bus", "clock", "headless", "json", "out", "recording"}) | {
@@ -92,13 +95,19 @@ def fly_elsewhere(
         told = wait_for(bus, lambda _: True, wait_s=wait_s)
         _compare(mission, told)
         before = _before(mission, folder)
+        mission = with_endpoints(mission, endpoints)
+        found = attach(mission, resumes=before is not None, agents=agents, tell=tell)
+        attached = stack.enter_context(found).vehicles
         plans = [
             replace(plan, resumes=before is not None)
             for plan in assemble.agent_plans(mission.for_agents(), planner(mission))
             if plan.agent in agents
         ]
         links = {
-            agent: open_link(_endpoint(mission, agent, endpoints, told), agent) for agent in agents
+            agent: attached[agent].link
+            if agent in attached
+            else open_link(_simulated(agent, told), agent)
+            for agent in agents
         }
         for link in links.values():
             stack.callback(link.close)
@@ -107,11 +116,8 @@ def fly_elsewhere(
         paced, reached = PacedClock(mission.speed), Reached(bus)
         clock = LedClock(paced, reached, lead_us=LEAD_US)
         vehicles = {
-            agent: MavlinkVehicle(
-                logged(mission, link, agent, recorder, clock),
-                agent,
-                origin=assemble.origin(mission),
-                link_timeout_s=assemble.patience(mission, 3.0),
+            agent: driver_of(
+                mission, logged(mission, link, agent, recorder, clock), agent, attached
             )
             for agent, link in links.items()
         }
@@ -123,6 +129,7 @@ def fly_elsewhere(
         tell(_told(agreed))
         paced.epoch_ns = agreed.epoch_ns
         _fly(host, clock, _now_us(paced, reached), here, stop)
+        stand_down({agent: vehicles[agent] for agent in attached}, paced, tell)
         return tuple(
             f"agent {seat.agent.plan.agent}: {seat.agent.flight.failure}"
             for seat in host.seats
@@ -207,8 +214,9 @@ def _waiting(here: Pace, stop: Callable[[], bool]) -> Callable[[], bool]:
     return look
 
 
-def _endpoint(mission: Mission, agent: int, endpoints: Mapping[int, str], told: Briefing) -> str:
-    url = endpoints.get(agent) or mission.endpoint(agent) or told.vehicles.get(str(agent))
+def _simulated(agent: int, told: Briefing) -> str:
+    """Where the launcher simulates an agent's vehicle. Raises UavbridgeError."""
+    url = told.vehicles.get(str(agent))
     if url is None:
         raise UavbridgeError(
             f"agent {agent}: no vehicle; give --connect or an endpoint in the mission, or have "
