@@ -23,6 +23,6 @@ def test_a_vehicle_of_another_id_is_flown_by_an_agent_elsewhere(tmp_path):
         agent.says("system 9: PX4")
         assert agent.process.wait(100) == 0, agent.text
         launcher.process.wait(60)
-        assert "agent 2: search" in agent.text
+        assert "agent 2: climb" in agent.text  # on its way to its start
         assert "keeps the safety net" not in agent.text
         assert "Traceback" not in agent.text + launcher.text
