@@ -9,10 +9,9 @@ repeats the last setpoint for ever; the station holds those back that nobody ren
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from math import degrees, isfinite, isnan, nan, radians
+from math import degrees, isfinite, radians
 from typing import Any, Final
 
 import numpy as np
@@ -32,17 +31,15 @@ from uavbridge.vehicle.api import (
     LandHere,
     Mode,
     Refused,
-    RestoreNet,
     ReturnHome,
     Said,
-    SetNet,
     SetPosition,
     SetVelocity,
     TakeOff,
     VehicleEvent,
     VehicleState,
 )
-from uavbridge.vehicle.mavsdk.nets import Nets
+from uavbridge.vehicle.mavsdk.plugins import Plugins, Seen, call_of
 from uavbridge.vehicle.mavsdk.station import SHARED
 
 SETPOINT_LIFE_US: Final = to_us(0.5)
@@ -105,7 +102,7 @@ class MavsdkVehicle:
         self._station = SHARED.take()
         self._station.join(system, link)
         self._worker = ThreadPoolExecutor(1, thread_name_prefix=f"mavsdk-{system}")
-        self._plugins: _Plugins | None = None
+        self._plugins: Plugins | None = None
         self._asked: list[_Asked] = []
         self._events: deque[VehicleEvent] = deque()
         self._frame: LocalFrame | None = None
@@ -138,7 +135,7 @@ class MavsdkVehicle:
         if isinstance(command, Follow):
             self._station.mute(self.system, False)
             self._setpoint_until_us = t_us + SETPOINT_LIFE_US
-        answer = self._worker.submit(_call(plugins, command, radians_to_degrees(self.state)))
+        answer = self._worker.submit(call_of(plugins, command, radians_to_degrees(self.state)))
         self._asked.append(_Asked(command, answer))
 
     def _follow(self, setpoint: SetVelocity | SetPosition, t_us: int) -> None:
@@ -174,7 +171,7 @@ class MavsdkVehicle:
             found = self._station.system(self.system)
             if found is None:
                 return self._take()
-            self._plugins = _Plugins(found, self._said)
+            self._plugins = Plugins(found, self._said)
         self._find_origin(self._plugins, t_us)
         self.state = self._look(self._plugins, t_us)
         for asked in list(self._asked):
@@ -193,7 +190,7 @@ class MavsdkVehicle:
             self._complaints.append(text.text)
         self._events.append(Said(severity, text.text))
 
-    def _find_origin(self, plugins: _Plugins, t_us: int) -> None:
+    def _find_origin(self, plugins: Plugins, t_us: int) -> None:
         if self._frame is not None:
             return
         asked = self._origin_asked
@@ -206,7 +203,7 @@ class MavsdkVehicle:
             if asked.exception() is None:
                 self._frame = LocalFrame(asked.result(), self._origin)
 
-    def _look(self, plugins: _Plugins, t_us: int) -> VehicleState:
+    def _look(self, plugins: Plugins, t_us: int) -> VehicleState:
         seen = plugins.look()
         mode_text, armed = seen.mode, seen.armed
         position, velocity = self._motion(seen)
@@ -235,7 +232,7 @@ class MavsdkVehicle:
             waiting_for=tuple(waiting),
         )
 
-    def _motion(self, seen: _Seen) -> tuple[Any, Any]:
+    def _motion(self, seen: Seen) -> tuple[Any, Any]:
         frame = self._frame
         if frame is None or not seen.place:
             return np.zeros(3), np.zeros(3)
@@ -284,104 +281,6 @@ class MavsdkVehicle:
         self._plugins = None
         SHARED.give_back()
         self._link.close()
-
-
-@dataclass(frozen=True, slots=True)
-class _Seen:
-    """One look at MAVSDK's telemetry."""
-
-    connected: bool
-    place: tuple[float, ...]  # local NED m and m/s; empty: not known
-    heading_deg: float
-    mode: str
-    armed: bool
-    in_air: bool
-    armable: bool
-    battery: float  # 0..1, NaN: not known
-
-
-class _Plugins:
-    """MAVSDK's plugins of one system, in plain values."""
-
-    def __init__(self, system: Any, said: Callable[[Any, Any], None]) -> None:
-        from mavsdk.plugins import action, offboard, param, telemetry
-
-        self._system = system
-        self._offboard_module = offboard
-        self._landed_states = telemetry.LandedState
-        self.action = action.Action(system)
-        self.offboard = offboard.Offboard(system)
-        self.telemetry = telemetry.Telemetry(system)
-        self.nets = Nets(param.Param(system), str(system.autopilot_type().name))
-        self.telemetry.subscribe_status_text(said)
-
-    def look(self) -> _Seen:
-        """Newest values."""
-        telemetry = self.telemetry
-        now = telemetry.position_velocity_ned()
-        at, speed = now.position, now.velocity
-        place = (
-            at.north_m, at.east_m, at.down_m,
-            speed.north_m_s, speed.east_m_s, speed.down_m_s,
-        )  # fmt: skip
-        battery = telemetry.battery().remaining_percent
-        return _Seen(
-            connected=self._system.is_connected(),
-            place=place if all(map(isfinite, place)) else (),
-            heading_deg=telemetry.attitude_euler().yaw_deg,
-            mode=telemetry.flight_mode().name,
-            armed=telemetry.armed(),
-            in_air=telemetry.landed_state()
-            not in (self._landed_states.ON_GROUND, self._landed_states.UNKNOWN),
-            armable=telemetry.health().is_armable,
-            battery=nan if isnan(battery) else battery / 100.0,
-        )
-
-    def origin(self) -> Geodetic:
-        """Of its local frame. Raises MAVSDK's error while it has none."""
-        found = self.telemetry.get_gps_global_origin()
-        return Geodetic(found.latitude_deg, found.longitude_deg, found.altitude_m)
-
-    def velocity(self, n: float, e: float, d: float, yaw_deg: float) -> None:
-        """A setpoint in its local frame."""
-        self.offboard.set_velocity_ned(self._offboard_module.VelocityNedYaw(n, e, d, yaw_deg))
-
-    def position(self, n: float, e: float, d: float, yaw_deg: float) -> None:
-        """A setpoint in its local frame."""
-        self.offboard.set_position_ned(self._offboard_module.PositionNedYaw(n, e, d, yaw_deg))
-
-
-def _call(plugins: _Plugins, command: Command, yaw_deg: float) -> Callable[[], None]:
-    """What the worker does for a command; raises MAVSDK's errors."""
-
-    def call() -> None:
-        action = plugins.action
-        match command:
-            case Arm():
-                action.arm()  # never arm_force: that disarms
-            case Disarm():
-                action.disarm()
-            case TakeOff(height_m):
-                action.set_takeoff_altitude(height_m)
-                action.takeoff()
-            case Follow():
-                if not plugins.offboard.is_active():
-                    plugins.velocity(0.0, 0.0, 0.0, yaw_deg)
-                plugins.offboard.start()
-            case HoldPosition():
-                action.hold()
-            case LandHere():
-                action.land()
-            case ReturnHome():
-                action.return_to_launch()
-            case SetNet(net):
-                plugins.nets.cast(net)
-            case RestoreNet():
-                plugins.nets.restore()
-            case _:
-                raise ValueError(f"{command} is no command")
-
-    return call
 
 
 def radians_to_degrees(state: VehicleState) -> float:
