@@ -19,18 +19,8 @@ from uavbridge.errors import LinkError, UavbridgeError
 from uavbridge.mavlink.identity import COMPONENT, SYSTEM
 from uavbridge.mavlink.scout import Survey
 from uavbridge.mavlink.urls import Endpoint
-from uavbridge.runner.attach import (
-    Attached,
-    adopt,
-    assign,
-    check,
-    check_speed,
-    check_twins,
-    ends_of,
-    keyring_of,
-    open_surveys,
-    refusals,
-)
+from uavbridge.runner.attach import assign, ends_of, keyring_of, open_surveys, refusals
+from uavbridge.runner.fitness import Attached, adopt, check, check_speed, check_twins
 from uavbridge.runner.outcome import versions
 
 LISTEN_S = 2.5  # at least: two heartbeats, twins, the pace of clocks

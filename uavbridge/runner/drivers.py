@@ -8,7 +8,7 @@ from uavbridge.config import Mission
 from uavbridge.mavlink.hub import HubChannel
 from uavbridge.mavlink.link import Link
 from uavbridge.runner import assemble
-from uavbridge.runner.attach import Attached
+from uavbridge.runner.fitness import Attached
 from uavbridge.vehicle.api import Vehicle
 from uavbridge.vehicle.mavlink import MavlinkVehicle
 

@@ -27,8 +27,9 @@ from uavbridge.report.page import write_report
 from uavbridge.report.result import MissionResult
 from uavbridge.report.summary import summary_json, summary_text
 from uavbridge.runner import assemble
-from uavbridge.runner.attach import Attached, attach
+from uavbridge.runner.attach import attach
 from uavbridge.runner.earlier import Earlier
+from uavbridge.runner.fitness import Attached
 from uavbridge.runner.folder import as_flown, prepare, with_ground
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.interrupts import interrupts

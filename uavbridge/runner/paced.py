@@ -27,7 +27,6 @@ from uavbridge.mavlink.udp import UdpLink
 from uavbridge.mavlink.urls import open_link
 from uavbridge.recording.recorder import Recorder
 from uavbridge.runner import assemble
-from uavbridge.runner.attach import Attached
 from uavbridge.runner.control import (
     AHEAD_US,
     CONTROL_US,
@@ -41,6 +40,7 @@ from uavbridge.runner.control import (
 from uavbridge.runner.crew import Crew
 from uavbridge.runner.drivers import driver_of
 from uavbridge.runner.earlier import Earlier
+from uavbridge.runner.fitness import Attached
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.judge import Judge
 from uavbridge.runner.nets import NetNotes
