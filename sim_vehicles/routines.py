@@ -25,9 +25,8 @@ _INFO: Final = 6
 _WARNING: Final = 4
 
 
-def take_off(pilot: Pilot, i: int) -> Routine:
-    """Climb to the height asked for, then hold."""
-    x, y, z = pilot.place(i)
+def take_off_height(pilot: Pilot, i: int) -> float:
+    """The height (ENU m) to climb to, and the words that go with it."""
     default = pilot.parameters.get(i, "MIS_TAKEOFF_ALT")
     asked = pilot.take_asked_height(i)
     lowest = float(pilot.status.home[i, 2]) + default
@@ -35,7 +34,13 @@ def take_off(pilot: Pilot, i: int) -> Routine:
         pilot.say(i, _INFO, f"Using default takeoff altitude: {default:.1f} m")
     elif asked < lowest:
         pilot.say(i, _WARNING, f"Using minimum takeoff altitude: {default:.1f} m")
-    top = max(lowest if isnan(asked) else max(asked, lowest), z)
+    return max(lowest if isnan(asked) else max(asked, lowest), pilot.place(i)[2])
+
+
+def take_off(pilot: Pilot, i: int) -> Routine:
+    """Climb to the height asked for, then hold."""
+    x, y, _ = pilot.place(i)
+    top = take_off_height(pilot, i)
     yaw = pilot.yaw(i)
     pilot.legs.go(i, (x, y, top), yaw, radius_m=inf, climb=bool(pilot.status.landed[i]))
     yield

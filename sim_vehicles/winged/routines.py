@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import atan2, cos, hypot, inf, isfinite, isnan, nan, pi, sin
+from math import atan2, cos, hypot, inf, isfinite, nan, pi, sin
 from typing import Final
 
 from sim_vehicles.modes import Mode
 from sim_vehicles.pilot import Pilot, Routine
 from sim_vehicles.plans import Do, Step, Vector
-from sim_vehicles.routines import ROUTINES, STEPS, Make, StepRoutine, mission
+from sim_vehicles.routines import (
+    ROUTINES,
+    STEPS,
+    Make,
+    StepRoutine,
+    mission,
+    take_off_height,
+)
 from sim_vehicles.winged.legs import WingedLegs, glide_run
 
 _INFO: Final = 6
-_WARNING: Final = 4
 _LOOK_S: Final = 0.1  # how often an aircraft that circles looks whether it points to the runway
 _STRAIGHT_S: Final = 5.0  # of level flight before the glide
 _ALIGNED_RAD: Final = 0.3
@@ -29,15 +35,7 @@ def legs_of(pilot: Pilot) -> WingedLegs:
 
 def take_off(pilot: Pilot, i: int) -> Routine:
     """Climb straight ahead to the height asked for, then loiter."""
-    z = pilot.place(i)[2]
-    default = pilot.parameters.get(i, "MIS_TAKEOFF_ALT")
-    asked = pilot.take_asked_height(i)
-    lowest = float(pilot.status.home[i, 2]) + default
-    if isnan(asked):
-        pilot.say(i, _INFO, f"Using default takeoff altitude: {default:.1f} m")
-    elif asked < lowest:
-        pilot.say(i, _WARNING, f"Using minimum takeoff altitude: {default:.1f} m")
-    top = max(lowest if isnan(asked) else max(asked, lowest), z)
+    top = take_off_height(pilot, i)
     legs_of(pilot).climb_out(i, top)
     yield
     x, y, _ = pilot.place(i)

@@ -85,7 +85,7 @@ class Guide:
 
         climb = self._climb(setpoints, place[2] - position[2], asked[2], air)
         speed = self._airspeed(setpoints, asked, aimed, wind)
-        turn = COURSE_GAIN * _wrapped(course - here) + feed
+        turn = COURSE_GAIN * wrapped(course - here) + feed
         roll = self._bank(-np.arctan(turn * pace / GRAVITY), air)
         return Wanted(roll, climb, speed, turn)
 
@@ -141,5 +141,6 @@ def _towards(left: F64, pace: F64) -> F64:
     return np.asarray(_FAR * (2.0 / np.pi) * np.arctan(TRACK_GAIN * left / pace))
 
 
-def _wrapped(angle: F64) -> F64:
+def wrapped(angle: F64) -> F64:
+    """Angles (n,) rad within -pi and pi."""
     return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)

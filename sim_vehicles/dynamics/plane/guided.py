@@ -13,7 +13,7 @@ from planners.terrain import Terrain
 from sim_vehicles.dynamics.airframe import GRAVITY
 from sim_vehicles.dynamics.model import F64, Bools, Setpoints, States
 from sim_vehicles.dynamics.plane.airframe import PlaneParams
-from sim_vehicles.dynamics.plane.guide import Guide
+from sim_vehicles.dynamics.plane.guide import Guide, wrapped
 from sim_vehicles.dynamics.plane.power import Drain
 from sim_vehicles.dynamics.plane.runway import Runway
 
@@ -83,7 +83,7 @@ class GuidedPlane:
         thrust = np.where(running, self._params.mass * (change - glide), 0.0)
         self._air = np.clip(self._air + change * dt_s, 0.0, 1.4 * limits.fastest_m_s)
         turn = np.where(ground, 0.0, -GRAVITY / speed * np.tan(roll))
-        self._heading = _wrapped(self._heading + turn * dt_s)
+        self._heading = wrapped(self._heading + turn * dt_s)
         states.rates[:, 0] = np.where(ground, 0.0, spin / dt_s)
         states.rates[:, 1] = bend / (speed * dt_s)
         states.rates[:, 2] = turn
@@ -125,7 +125,3 @@ class GuidedPlane:
     def _drag(self, speed: F64, roll: F64) -> F64:
         load = GRAVITY / np.maximum(np.cos(roll), 0.3)
         return self._params.trim(np.maximum(speed, 12.0), load, np.zeros(len(speed)))[2]
-
-
-def _wrapped(angle: F64) -> F64:
-    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)
