@@ -17,6 +17,17 @@ _STEP, _FIRST, _SECOND = (
 )
 
 
+_ALL = (1 << 64) - 1
+
+
+def mixed_one(value: int) -> int:
+    """``mixed`` of one whole number."""
+    x = (value + 0x9E3779B97F4A7C15) & _ALL
+    x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & _ALL
+    x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & _ALL
+    return x ^ (x >> 31)
+
+
 def mixed(value: npt.ArrayLike) -> U64:
     """A hash (n, ...) of whole numbers (n, ...); at least one axis."""
     x = np.atleast_1d(np.asarray(value)).astype(np.uint64) + _STEP

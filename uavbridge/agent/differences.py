@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planners.belief.marks import Marks
-from planners.hashing import mixed
+from planners.hashing import mixed, mixed_one
 from planners.types import I64
 from uavbridge.bus.wire import Probe
 
@@ -72,7 +72,7 @@ class Differences:
         self._marks[cells] = marks
         self._changed[cells] = frame
         total = self._total % (1 << 64)
-        self.root = 0 if not total else max(1, int(mixed([total])[0]) >> 32)
+        self.root = 0 if not total else max(1, mixed_one(total) >> 32)
 
     def span(self, node: int) -> Span | None:
         """The cells of a node that has children; None: there is no such node."""
@@ -101,7 +101,7 @@ class Differences:
             return np.zeros(0, np.uint16)
         starts = np.arange(0, span.last - span.first, span.width)
         marks = np.add.reduceat(self._marks[span.first : span.last], starts)
-        digest = 2 + (mixed(marks ^ mixed([salt])) >> np.uint64(40)) % np.uint64(65534)
+        digest = 2 + (mixed(marks ^ np.uint64(mixed_one(salt))) >> np.uint64(40)) % np.uint64(65534)
         digest[marks == 0] = EMPTY
         if span.width <= _SKIPPED and salt % ALL_FRAMES:
             last = np.maximum.reduceat(self._changed[span.first : span.last], starts)

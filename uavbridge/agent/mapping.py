@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import groupby
 from math import inf, isfinite
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 
-from planners.belief.merge import BeliefMap, Records, unpack
+from planners.belief.merge import BeliefMap, Records
 from planners.types import I64, Reading
 from uavbridge.agent.catching_up import CatchingUp
 from uavbridge.agent.outbox import Outbox
@@ -57,9 +59,9 @@ class Mapping:
     def merge(self, frames: Sequence[Frame]) -> None:
         """Cells that others sent. What was heard together is merged together."""
         rule = self._plan.rule
-        parts = [part for frame in frames if len(part := self._sound(frame))]
-        if parts:
-            before, heard = self.belief, np.concatenate(parts)
+        heard = self._sound(frames)
+        if len(heard):
+            before = self.belief
             self.belief, changed = rule.merge(before, heard)
             self._learn(before, changed, own=False)
             self._outbox.heard(heard)
@@ -80,17 +82,34 @@ class Mapping:
         self._outbox.changed(new, np.abs(now - then), own=own)
         self._catching_up.learned(self.belief, cells)
 
-    def _sound(self, frame: Frame) -> Records:
-        """The records of a frame that make sense; the rest is counted."""
-        rule = self._plan.rule
-        records = unpack(rule, frame.cells) if frame.rule == rule.code else None
-        if records is None:
-            self.unreadable += 1
+    def _sound(self, frames: Sequence[Frame]) -> Records:
+        """The records of frames that make sense, in their order; the rest is counted."""
+        rule, good = self._plan.rule, []
+        size = rule.record.itemsize
+        for frame in frames:
+            if frame.rule == rule.code and len(frame.cells) % size == 0:
+                good.append(frame)
+            else:
+                self.unreadable += 1
+        telling = [frame for frame in good if frame.cells]
+        parts = [
+            self._honest(b"".join(frame.cells for frame in together), until_us)
+            for until_us, together in groupby(telling, attrgetter("t_us"))
+        ]
+        if not parts:
             return np.zeros(0, rule.record)
-        # Nothing can have been observed after it was sent: a clock ahead must not win for ever.
-        honest = rule.valid(self.belief, records, until_us=frame.t_us)
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def _honest(self, cells: bytes, sent_us: int) -> Records:
+        """Those of some records that can be true; nothing was observed after it was sent."""
+        rule = self._plan.rule
+        records = np.frombuffer(cells, rule.record)
+        honest = rule.valid(self.belief, records, until_us=sent_us)
+        if honest.all():
+            return records
         self.unreadable += int(len(records) - honest.sum())
-        return records[honest]
+        sound: Records = records[honest]
+        return sound
 
     def _declare(self, cells: list[int], t_us: int) -> None:
         flat = self.belief.probability.reshape(-1)
