@@ -259,3 +259,21 @@ def test_planner_names_are_completed() -> None:
         },
     )
     assert done.stdout.strip() == "plain,esustpm"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["replay", "x", "--speed", "nan"],
+        ["replay", "x", "--speed", "inf"],
+        ["replay", "x", "--speed", "0"],
+        ["replay", "x", "--verify", "--from", "nan"],
+        ["replay", "x", "--verify", "--from", "-1"],
+        ["command", "pause", "--timeout", "inf"],
+        ["report", "x", "--out", ""],
+    ],
+)
+def test_numbers_and_folders_that_cannot_be_are_told(arguments):
+    done = CliRunner().invoke(main, arguments)
+    assert done.exit_code == 2
+    assert "Invalid value" in done.output

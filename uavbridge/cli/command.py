@@ -13,6 +13,7 @@ from uavbridge.agent.orders import Verb
 from uavbridge.bus.security import Identity
 from uavbridge.bus.wire import Vector
 from uavbridge.cli.group import echo_json
+from uavbridge.cli.numbers import ABOVE_ZERO
 from uavbridge.errors import BusError, ConfigError
 
 ROUTER = "tcp/127.0.0.1:7447"
@@ -62,7 +63,7 @@ def _point(text: str | None) -> Vector | None:
 @click.option("--mission", metavar="NAME", help="Which, if more than one flies.")
 @click.option("--router", metavar="ENDPOINT", default=ROUTER, show_default=True, help="Of the bus.")
 @KEYS
-@click.option("--timeout", type=float, default=5.0, show_default=True, help="For answers, s.")
+@click.option("--timeout", type=ABOVE_ZERO, default=5.0, show_default=True, help="For answers, s.")
 @click.option("--json", "as_json", is_flag=True, help="Print the answers as JSON.")
 @click.pass_context
 def command(ctx: click.Context, /, verb: str, **options: Any) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from uavbridge.cli.command import KEYS, ROUTER, choose_mission, identity_of
+from uavbridge.cli.numbers import ABOVE_ZERO, NOT_NEGATIVE
 from uavbridge.cli.steps import steps
 from uavbridge.errors import ConfigError
 
@@ -35,18 +36,18 @@ _FOLDER = _Folder(path_type=Path)
 
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path))
-@click.option("--speed", type=float, default=1.0, show_default=True, help="Times real time.")
+@click.option("--speed", type=ABOVE_ZERO, default=1.0, show_default=True, help="Times real time.")
 @click.option("--listen", metavar="ENDPOINT", default="auto", show_default=True, help="Router's.")
 @click.option("--verify", is_flag=True, help="Take every decision again instead, and compare.")
-@click.option("--from", "from_s", type=float, default=0.0, help="Verify from this mission time, s.")
+@click.option(
+    "--from", "from_s", type=NOT_NEGATIVE, default=0.0, help="Verify from this mission time, s."
+)
 @click.pass_context
 def replay(ctx: click.Context, /, recording: Path, **options: Any) -> None:
     """Play RECORDING (mission.mcap, or its folder) to any monitor, or verify it.
 
     Exit status of --verify: 0 when every decision is taken again as recorded, 1 when not.
     """
-    if options["speed"] <= 0:
-        raise ConfigError(f"--speed: must be above 0, not {options['speed']:g}")
     if options["verify"]:
         from uavbridge.replay.verify import verify
 
