@@ -6,11 +6,18 @@ import time
 
 import numpy as np
 
-from sim_vehicles.dynamics import MODELS, Setpoints, Wind, WindSpec
+from sim_vehicles.crafts import CRAFTS
+from sim_vehicles.dynamics import Setpoints, Wind, WindSpec
 
 SIZES = (1, 10, 100, 1000)
 STEP_S = 0.02
+MODELS = {
+    name: model
+    for kind in ("multirotor", "plane")
+    for name, model in CRAFTS["px4", kind].models.items()
+}
 BEST_OF = 7
+OTHERS = ("perfect", "six-dof", "guidance")
 
 
 def cost_us(name: str, n: int, gusts: float) -> float:
@@ -34,7 +41,11 @@ def cost_us(name: str, n: int, gusts: float) -> float:
 
 def main() -> None:
     print("us a step" + "".join(f"{f'n = {n}':>10}" for n in SIZES))
-    for name, gusts in (("multirotor", 0.0), ("multirotor", 2.0), ("perfect", 0.0)):
+    for name, gusts in (
+        ("multirotor", 0.0),
+        ("multirotor", 2.0),
+        *((each, 0.0) for each in OTHERS),
+    ):
         figures = "".join(f"{cost_us(name, n, gusts):10.1f}" for n in SIZES)
         print(f"{name}{' in gusts' if gusts else ''}".ljust(20) + figures)
 
