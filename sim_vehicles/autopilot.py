@@ -82,6 +82,7 @@ class Autopilot:
         for i in flying.nonzero()[0].tolist():
             self.status.landed[i] = False
             self.status.flown[i] = True
+            self.status.mode[i] = self.status.before[i] = Mode.HOLD
             self.legs.in_flight(i)
             self._set_armed(i)
         self.legs.fly(0)  # those in the air are held there from the first step on

@@ -334,6 +334,7 @@ DEFAULT_INTERVALS_US: Final[dict[str, int]] = {
     "GPS_RAW_INT": 500_000,
     "VFR_HUD": 500_000,
     "SYSTEM_TIME": 1_000_000,
+    "MISSION_CURRENT": 1_000_000,
     "HOME_POSITION": 2_000_000,
 }
 """Sent unasked, microseconds of simulated time between two."""

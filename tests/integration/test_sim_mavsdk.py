@@ -19,6 +19,8 @@ from mavsdk.asyncio.plugins.geofence import (
     Polygon,
 )
 from mavsdk.asyncio.plugins.info import InfoAsync
+from mavsdk.asyncio.plugins.mission import MissionAsync, MissionPlan
+from mavsdk.asyncio.plugins.mission import MissionItem as PlannedItem
 from mavsdk.asyncio.plugins.mission_raw import MissionItem, MissionRawAsync
 from mavsdk.asyncio.plugins.offboard import OffboardAsync, PositionNedYaw, VelocityNedYaw
 from mavsdk.asyncio.plugins.param import ParamAsync
@@ -61,6 +63,7 @@ class Drone:
         self.geofence = GeofenceAsync(system)
         self.info = InfoAsync(system)
         self.mission = MissionRawAsync(system)
+        self.planned = MissionAsync(system)
         self.offboard = OffboardAsync(system)
         self.param = ParamAsync(system)
         self.telemetry = TelemetryAsync(system)
@@ -271,3 +274,40 @@ def test_many_vehicles_on_one_port_are_all_found():
 
     with simulator("--count", "12", "--speed", "2") as sim:
         asyncio.run(run(sim.port))
+
+
+def test_the_mission_plugin_with_speeds_photos_and_gimbal():
+    def item(north_m: float, **more: Any) -> PlannedItem:
+        return PlannedItem(
+            latitude_deg=47.397742 + north_m / 111_170,
+            longitude_deg=8.545594,
+            relative_altitude_m=10.0,
+            speed_m_s=8.0,
+            is_fly_through=True,
+            **more,
+        )
+
+    plan = MissionPlan(
+        [
+            item(15.0, gimbal_pitch_deg=-60.0, gimbal_yaw_deg=0.0),
+            item(30.0, camera_action=PlannedItem.CameraAction.TAKE_PHOTO, loiter_time_s=1.0),
+            item(15.0),
+        ]
+    )
+
+    async def flight(drone: Drone) -> None:
+        await drone.ready()
+        await drone.planned.set_return_to_launch_after_mission(True)
+        await drone.planned.upload_mission(plan)
+        back = await drone.planned.download_mission()
+        assert [each.latitude_deg for each in back.mission_items] == pytest.approx(
+            [each.latitude_deg for each in plan.mission_items]
+        )
+        await drone.action.arm()
+        await drone.planned.start_mission()
+        progress = drone.planned.subscribe_mission_progress()
+        await until(progress, lambda p: p.current == p.total == 3, 30)
+        await drone.mode(FlightMode.RETURN_TO_LAUNCH)
+        await drone.down()
+
+    fly(flight)

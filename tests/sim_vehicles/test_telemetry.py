@@ -143,7 +143,8 @@ def test_replies_and_streams_count_together():
     (stream,) = telemetry.build(0, snapshot_of(1))
     after = encoder.pack("COMMAND_ACK", command=400)
     packets = decode(reply + stream[1] + after, Counts())
-    assert [packet.sequence for packet in packets] == [i % 256 for i in range(254, 254 + 13)]
+    frames = 2 + len(DEFAULT_INTERVALS_US)
+    assert [packet.sequence for packet in packets] == [i % 256 for i in range(254, 254 + frames)]
 
 
 def messages(snapshot: TelemetrySnapshot, starts, index: int, t_us: int = 5_250_000):
