@@ -10,6 +10,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from msgspec import Meta, Struct, field
 
+LEAST_FRAME_BYTES = 128.0  # room for a position, a probe and a cell
 MAX_VEHICLES = 250  # MAVLink system ids 1..250; 251..255 are for ground stations
 
 Point: TypeAlias = tuple[float, float]
@@ -205,7 +206,7 @@ class Radio(Table, frozen=True):
     ] = ()
     frame_bytes: Annotated[
         float,
-        Meta(ge=128.0, description="the most that a frame may have; inf: no limit"),
+        Meta(ge=LEAST_FRAME_BYTES, description="the most that a frame may have; inf: no limit"),
     ] = 1200.0
     keyframe_s: Annotated[
         float,

@@ -27,7 +27,7 @@ from uavbridge.bus.tiles import Tiling
 from uavbridge.config import Mission
 from uavbridge.config.ground import Ground
 from uavbridge.config.radio import radio_of
-from uavbridge.config.tables import Kind, Point
+from uavbridge.config.tables import LEAST_FRAME_BYTES, Kind, Point
 from uavbridge.errors import ConfigError
 from uavbridge.rng import stream
 from uavbridge.safety.envelope import Braking, Envelope
@@ -124,6 +124,12 @@ def mission_mark(mission: Mission) -> int:
     return crc32(f"{name} {area.columns} {area.rows} {area.cell_m}".encode())
 
 
+def _frame_bytes(mission: Mission) -> float:
+    """What an agent may send a tick, by the mission's word and its radio's bandwidth."""
+    radio = mission.radio
+    return min(radio.frame_bytes, max(LEAST_FRAME_BYTES, radio.bytes_per_s * mission.tick))
+
+
 def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
     """A plan for each agent, ascending ids. Nothing in it knows the targets."""
     scenario = mission.scenario()
@@ -151,7 +157,7 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             sensing_m=ground.sensing_m,
             columns=mission.columns(known=False),
             mission_mark=mission_mark(mission),
-            frame_bytes=min(mission.radio.frame_bytes, mission.radio.bytes_per_s * mission.tick),
+            frame_bytes=_frame_bytes(mission),
             keyframe_s=mission.radio.keyframe_s,
             aloft=mission.fleet.in_air and mission.endpoint(member.id) is None,
             endpoint=mission.endpoint(member.id) or SIMULATED,
