@@ -172,3 +172,17 @@ def test_a_lost_position_ends_in_a_landing(tmp_path):
         summary = flown.end()
     assert [agent["state"] for agent in summary["agents"]] == ["landed"]
     assert "lost its position" in summary["failures"][0]
+
+
+def test_what_can_not_be_resumed_is_said(tmp_path):
+    done = launch("--resume", tmp_path / "none")
+    assert done.returncode == 2
+    assert "none" in done.stderr
+    short = ("--duration", 1, "--clock", "stepped", "--out", tmp_path / "o")
+    launch(write(tmp_path), *short)
+    done = launch("--resume", tmp_path / "o")
+    assert done.returncode == 2
+    assert "simulated vehicles ended with their bridge" in " ".join(done.stderr.split())
+    done = launch(write(tmp_path), "--resume", tmp_path / "o")
+    assert done.returncode == 2
+    assert "--resume" in done.stderr

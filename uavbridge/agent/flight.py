@@ -266,7 +266,7 @@ class Flight:
             self._meet(state, t_us)
         elif self.phase is Phase.ARM:
             if not self._net_set:
-                self._ask(SetNet(net_of(self.plan, position)), t_us)
+                self._ask(SetNet(net_of(self.plan, position, self._take_off_m)), t_us)
             elif not state.waiting_for:
                 self._ask(Arm(), t_us)
         elif self.phase is Phase.TAKEOFF:
@@ -303,8 +303,12 @@ class Flight:
             self._tell(self.failure, failure=True)
         self._enter(Phase.YIELDED, t_us)
 
+    @property
+    def _take_off_m(self) -> float:
+        return max(self.plan.low_height_m, self.course.handling.take_off_m)
+
     def _take_off(self, state: VehicleState, position: Vector, t_us: int) -> None:
-        height_m = max(self.plan.low_height_m, self.course.handling.take_off_m)
+        height_m = self._take_off_m
         if position[2] - self.course.home[2] >= 0.8 * height_m:
             self._set_out(t_us)
         elif state.mode is not Mode.TAKEOFF and not (self._climbs and state.mode is Mode.OFFBOARD):

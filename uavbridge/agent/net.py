@@ -12,7 +12,7 @@ MARGIN_M = 20.0  # from what the bridge allows to where the autopilot's own net 
 LEAST_RETURN_M = 5.0  # above home
 
 
-def net_of(plan: AgentPlan, home: Vector) -> Net:
+def net_of(plan: AgentPlan, home: Vector, take_off_m: float) -> Net:
     """Fence, return height and patience around a home (ENU m); over terrain above all of it."""
     way, terrain = plan.envelope.holding(home), plan.terrain
     x, y, z = home
@@ -25,4 +25,5 @@ def net_of(plan: AgentPlan, home: Vector) -> Net:
         return_height_m=max(highest_m + plan.return_height_m - z, LEAST_RETURN_M),
         setpoint_loss_s=setpoint_loss_s,
         link_loss_s=link_loss_s,
+        take_off_m=take_off_m,
     )

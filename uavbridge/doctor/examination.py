@@ -7,6 +7,7 @@ import socket
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from importlib.metadata import version
 from typing import Final
 
 from sim_vehicles.codec import Encoder
@@ -42,19 +43,32 @@ def examine(
         adopt_speed: it goes as fast as the vehicles' clocks.
         wait_s: wall time to wait for vehicles to be heard and to become ready.
     """
-    findings = [*_versions(), *_ports(mission), *_router(mission)]
+    findings = [*_versions(mission), *_ports(mission), *_router(mission)]
     findings += _vehicles(mission, adopt_home, adopt_speed, wait_s)
     ready = not any(finding.level is Level.ERROR for finding in findings)
     return Diagnosis(mission.name, ready, tuple(findings))
 
 
-def _versions() -> Iterator[Finding]:
+def _versions(mission: Mission) -> Iterator[Finding]:
     found = versions()
     text = ", ".join(f"{name} {number}" for name, number in found.items() if name != "platform")
     if sys.version_info < _PYTHON:
         yield error("versions", text, f"Python {'.'.join(map(str, _PYTHON))} or later")
     else:
         yield ok("versions", text)
+    if mission.mavlink.driver == "mavsdk":
+        yield from _driver()
+
+
+def _driver() -> Iterator[Finding]:
+    from uavbridge.vehicle.mavsdk.station import import_mavsdk
+
+    try:
+        import_mavsdk()
+    except UavbridgeError as fault:
+        yield error("driver", str(fault), "or fly with --driver uavbridge")
+    else:
+        yield ok("driver", f"mavsdk {version('mavsdk')}")
 
 
 def _ports(mission: Mission) -> Iterator[Finding]:

@@ -222,6 +222,7 @@ class ArduPlane(ArduPilot):
                 ),
                 real,
             ),
+            Setting.of("TKOFF_ALT", ceil(net.take_off_m), Kind.INT16),
             Setting.of("FS_LONG_TIMEOUT", gcs_loss_s(net)),
             Setting.of("FS_LONG_ACTN", 1, byte),
             Setting.of("FS_GCS_ENABL", 1, byte),

@@ -93,6 +93,7 @@ class Px4:
             Setting.of("GF_MAX_VER_DIST", net.fence_height_m),
             Setting.of("GF_ACTION", _RETURN, whole),
             Setting.of("RTL_RETURN_ALT", net.return_height_m),
+            Setting.of("MIS_TAKEOFF_ALT", net.take_off_m),
             Setting.of("COM_OF_LOSS_T", min(net.setpoint_loss_s, _LONGEST_OF_LOSS_S)),
             Setting.of("COM_OBL_RC_ACT", _HOLD_ON_LOSS, whole),
             Setting.of("COM_DL_LOSS_T", min(round(net.link_loss_s), _LONGEST_DL_LOSS_S), whole),

@@ -100,6 +100,7 @@ class Net:
     return_height_m: float
     setpoint_loss_s: float = 2.0  # without setpoints for so long it holds
     link_loss_s: float = 10.0  # without our heartbeat for so long it returns
+    take_off_m: float = 10.0  # height of its own take-offs, which the mission's need
 
 
 @dataclass(frozen=True, slots=True)
