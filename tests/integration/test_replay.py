@@ -15,6 +15,7 @@ from uavbridge.bus.local import LocalHub
 from uavbridge.cli import main
 from uavbridge.clock import SteppedClock
 from uavbridge.monitor.watch import MissionWatch
+from uavbridge.recording.parts import Rotation
 from uavbridge.recording.reader import Recording
 from uavbridge.recording.recorder import BUS, Recorder
 from uavbridge.recording.topics import DecisionRecord, MissionRecord, encode
@@ -205,3 +206,25 @@ def test_a_mission_that_is_not_understood_is_said_with_who_wrote_it(tmp_path):
         done = CliRunner().invoke(main, [command[0], str(tmp_path), *command[1:]])
         assert done.exit_code == 2
         assert "recorded by uavbridge 0.0.9" in done.output
+
+
+def test_a_long_mission_in_parts_verifies_and_reports_as_one(flown, tmp_path):
+    folder, result = flown
+    rotation = Rotation(part_us=20_000_000)
+    epoch_ns = Recording(folder).epoch_ns
+    with Recorder(tmp_path, mission_name="small", epoch_ns=epoch_ns, rotation=rotation) as recorder:
+        for message in Recording(folder).messages():
+            recorder.write(message.topic, message.t_us, message.data)
+    for path in folder.glob("*.tlog"):
+        shutil.copy(path, tmp_path)
+    parts = Recording(tmp_path).parts
+    assert len(parts) > 2
+    assert verify(tmp_path).decisions == verify(folder).decisions
+    again = recorded_result(parts[2])
+    assert again.digest == result.digest
+    assert again.targets == result.targets
+    (tmp_path / "alone").mkdir()
+    shutil.copy(parts[2], tmp_path / "alone")
+    done = CliRunner().invoke(main, ["replay", str(tmp_path / "alone" / parts[2].name), "--verify"])
+    assert done.exit_code == 2
+    assert "not the first part" in done.output

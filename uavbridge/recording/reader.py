@@ -75,6 +75,11 @@ class Recording:
         return self.metadata.get("source") == BUS
 
     @property
+    def from_start(self) -> bool:
+        """False for what is left of a recording whose first part is gone."""
+        return int(self.metadata.get("part", "1")) == 1
+
+    @property
     def _gap(self) -> int:
         """The first part that is missing; 0: none before the last that is there."""
         numbers = range(1, max(self.parts) + 1)

@@ -97,6 +97,8 @@ def verify(
         ConfigError: no recording, its planner is not there, or there is nothing to verify.
     """
     whole = opened(path)
+    if not whole.recording.from_start:
+        raise ConfigError(f"{path}: is not the first part: what was known before it is missing")
     mission = whole.mission
     planner = assemble.planner_of(mission, kind)
     plans = assemble.agent_plans(mission.for_agents(), planner)

@@ -293,6 +293,8 @@ def test_a_recording_ends_where_a_part_is_missing(tmp_path: Path) -> None:
         (tmp_path / ("mission.mcap", "mission-2.mcap")[number - 1]).unlink()
     alone = Recording(tmp_path / "mission-4.mcap")
     assert [message.topic for message in alone.messages()][:1] == ["mission"]
+    assert left.from_start
+    assert not alone.from_start
 
 
 def test_files_of_such_a_name_are_not_parts(tmp_path: Path) -> None:
