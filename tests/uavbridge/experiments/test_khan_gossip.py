@@ -15,6 +15,7 @@ from uavbridge.experiments.khan.world import (
     search,
     within,
 )
+from uavbridge.radio.draws import Purpose, draw
 
 SMALL = KhanParams(columns=5, rows=4, target_column=2, target_row=1, steps_most=300)
 RUNS, UAVS, STEPS = 5, 4, 80
@@ -22,7 +23,7 @@ RUNS, UAVS, STEPS = 5, 4, 80
 
 def play(teams, range_cells=1.5, loss=0.0, steps=STEPS, talk_until=STEPS):
     """The same readings and contacts for all teams; yields after each step."""
-    luck, loop = Luck(np.arange(RUNS), UAVS, SMALL, links=True), loop_of(SMALL)
+    luck, loop = Luck(np.arange(RUNS), UAVS, SMALL), loop_of(SMALL)
     entry = entries(loop, luck.start, SMALL)
     near = within(range_cells, SMALL)
     who = np.arange(UAVS)
@@ -30,7 +31,8 @@ def play(teams, range_cells=1.5, loss=0.0, steps=STEPS, talk_until=STEPS):
         cells, draws = loop[(entry + step) % len(loop)], luck.of(step)
         chance = np.where(cells == SMALL.target, SMALL.p, SMALL.q)
         reach = reach_of(cells, near, False)
-        reach &= (draws[:, UAVS + 1 :] >= loss).reshape(reach.shape) & (step < talk_until)
+        lucky = draw(np.arange(RUNS)[:, None, None], Purpose.LOSS, who, who[:, None], step)
+        reach &= (lucky >= loss) & (step < talk_until)
         for team in teams:
             team.observe(cells, draws[:, :UAVS] < chance, who, step * STEP_US)
             team.exchange(reach, cells, who)

@@ -17,6 +17,7 @@ from planners.paths.sweeps import LOOPS
 from planners.types import F64, I64, Bools
 from uavbridge.experiments.experiment import generators
 from uavbridge.experiments.khan.choices import KhanParams
+from uavbridge.radio.draws import Purpose, draw
 from uavbridge.rng import stream
 
 STEP_US = 1_000_000  # stamps
@@ -76,12 +77,11 @@ class Luck:
         seeds: (runs,).
         uavs: N.
         choices: of where UAVs start.
-        links: draw for every pair of UAVs too.
     """
 
-    def __init__(self, seeds: I64, uavs: int, choices: KhanParams, links: bool = False) -> None:
+    def __init__(self, seeds: I64, uavs: int, choices: KhanParams) -> None:
         self._generators = generators(seeds)
-        self._width = uavs + 1 + (uavs * uavs if links else 0)
+        self._width = uavs + 1
         self._first = -_CHUNK
         self._drawn = np.zeros((0, 0, 0))
         once = stream(choices.starts_seed, "khan starts", uavs).random((uavs, 2))
@@ -90,7 +90,7 @@ class Luck:
         self.start = np.broadcast_to(once, own.shape) if choices.starts == "once" else own
 
     def of(self, step: int) -> F64:
-        """Uniform draws (runs, k) of a step, steps ascending: N readings, the target, the links."""
+        """Uniform draws (runs, k) of a step, steps ascending: N readings, the target."""
         if step >= self._first + _CHUNK:
             self._first += _CHUNK
             size = (_CHUNK, self._width)
@@ -185,9 +185,9 @@ def search(
         range_cells: two UAVs at most this far apart (cell centres) are in range.
         seeds: (runs,).
         chance: of the target's moving, each step.
-        loss: share of messages that a UAV in range does not get.
+        loss: share of messages that a UAV in range does not get, drawn as missions draw it.
     """
-    luck, loop = Luck(seeds, uavs, choices, links=loss > 0.0), loop_of(choices)
+    luck, loop = Luck(seeds, uavs, choices), loop_of(choices)
     entry = entries(loop, luck.start, choices)
     target = Walk(choices, len(seeds), chance)
     near = within(range_cells, choices)
@@ -204,7 +204,9 @@ def search(
         if choices.forget > 0.0:
             team.fade(choices.forget)
         if loss > 0.0:
-            reach &= (draws[going, uavs + 1 :] >= loss).reshape(reach.shape)
+            link = np.arange(uavs)
+            u = draw(seeds[going, None, None], Purpose.LOSS, link, link[:, None], step)
+            reach &= u >= loss
         for who in turns(uavs, choices):
             team.observe(cells, detected, who, step * STEP_US)
             team.exchange(reach, cells, who)
