@@ -28,9 +28,7 @@ class Air(Channel[Frame]):
 
     @staticmethod
     def _note(message: Frame, traffic: Traffic) -> None:
-        traffic.map_bytes_sent += len(message.cells)
-        for probe in message.probes:
-            traffic.map_bytes_sent += probe.size
+        traffic.map_bytes_sent += message.map_bytes
 
     @staticmethod
     def _waited(message: Frame, waited_s: float) -> Frame:

@@ -61,6 +61,7 @@ class Ether:
                 waited_s = min((left_us - frame.t_us) / SECOND_US, WAITED_LIMIT_S)
                 frame = replace(frame, waited_s=waited_s)
             account.send(size)
+            account.map_bytes_sent += frame.map_bytes
             told = decode(encode(frame))  # rounded as on the wire
             if told is not None:
                 self._air.append((told, size))

@@ -111,6 +111,11 @@ class Frame(msgspec.Struct, frozen=True, gc=False):
     probes: tuple[Probe, ...] = ()
     waited_s: float = 0.0
 
+    @property
+    def map_bytes(self) -> int:
+        """Of its bytes, those for the map: cells and probes."""
+        return len(self.cells) + sum([probe.size for probe in self.probes])
+
 
 class Beacon(msgspec.Struct, frozen=True, gc=False):
     """A position for separation: sender id, time, ENU m, m/s (float32 on the wire)."""
