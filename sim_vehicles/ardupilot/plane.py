@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import cos, degrees, inf, isfinite, nan, pi, radians, sin
+from math import cos, degrees, hypot, inf, isfinite, nan, pi, radians, sin
 from typing import Final
 
 import numpy as np
@@ -42,6 +42,8 @@ class ArduPlane(ArduPilot):
 
     def _watch(self) -> Failsafes:
         super()._watch()
+        self._ways: dict[int, tuple[float, float, float, float, float]] = {}
+        self._speeds: dict[int, float] = {}  # asked for in Guided
         return PlaneFailsafes(self)
 
     @property
@@ -57,10 +59,59 @@ class ArduPlane(ArduPilot):
         return Refusal("")
 
     def follow(self, i: int, asked: Asked) -> None:
-        """A place to fly round; velocities are passed over."""
-        if isfinite(asked[0]) and not self.status.landed[i]:
+        """A place to fly round, or a height alone; velocities are passed over."""
+        if self.status.landed[i]:
+            return
+        if isfinite(asked[0]):
             super().follow(i, (*asked[:3], nan, nan, nan, nan, nan))
             self._targets[i] = asked[:3]
+            self._ways[i] = (*asked[:3], nan, nan)
+        elif isfinite(asked[2]):
+            self.change_height(i, asked[2])
+
+    def change_height(self, i: int, z: float) -> Refusal | None:
+        """Guided: the same place, or the same way, at another height (ENU m)."""
+        if not self._guided(i):
+            return Refusal("")
+        x, y, _, vx, vy = self._ways.get(i, (*self.place(i), nan, nan))
+        self._go_on(i, (x, y, z, vx, vy))
+        return None
+
+    def change_heading(self, i: int, yaw_rad: float) -> Refusal | None:
+        """Guided: straight on over ground in a direction, at the height asked for before."""
+        if not self._guided(i):
+            return Refusal("")
+        height = self._ways.get(i, (*self.place(i), nan, nan))[2]
+        speed = self._speeds.get(i, self.parameters.get(i, "MPC_XY_CRUISE"))
+        self._targets.pop(i, None)
+        self._go_on(i, (nan, nan, height, speed * cos(yaw_rad), speed * sin(yaw_rad)))
+        return None
+
+    def change_airspeed(self, i: int, speed_m_s: float) -> Refusal | None:
+        """Guided: another airspeed."""
+        if not self._guided(i):
+            return Refusal("")
+        self.legs.set_speed(i, speed_m_s)
+        self._speeds[i] = speed_m_s
+        x, y, z, vx, vy = self._ways.get(i, (*self.place(i), nan, nan))
+        if isfinite(vx):
+            scale = speed_m_s / max(hypot(vx, vy), 1e-6)
+            self._go_on(i, (x, y, z, vx * scale, vy * scale))
+        return None
+
+    def _go_on(self, i: int, way: tuple[float, float, float, float, float]) -> None:
+        """Place and velocity over ground, NaN where there is none, at a height."""
+        self._ways[i] = way
+        self.legs.start_following(i, (*way, nan, nan, nan))
+
+    def switch(self, i: int, mode: Mode) -> None:
+        self._ways.pop(i, None)
+        self._speeds.pop(i, None)
+        super().switch(i, mode)
+
+    def _guided(self, i: int) -> bool:
+        flies = self.status.armed[i] and not self.status.landed[i]
+        return bool(flies and self.status.mode[i] == Mode.OFFBOARD)
 
     def _why_not_change(self, i: int, mode: Mode) -> str | None:
         if not self.status.armed[i]:

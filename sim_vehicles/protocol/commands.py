@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import isfinite, nan
+from math import isfinite, nan, radians
 from typing import Final, TypeAlias
 
+from sim_vehicles.ardupilot.plane import ArduPlane
 from sim_vehicles.arming import Refusal
 from sim_vehicles.codec import Packet, mav
 from sim_vehicles.geodesy import yaw_enu_from_ned
@@ -18,6 +19,8 @@ from sim_vehicles.protocol.orders import Order
 ACCEPTED: Final[int] = mav.MAV_RESULT_ACCEPTED
 DENIED: Final[int] = mav.MAV_RESULT_DENIED
 UNSUPPORTED: Final[int] = mav.MAV_RESULT_UNSUPPORTED
+# MAV_CMD_GUIDED_CHANGE_SPEED and so on, of ArduPilot's own dialect
+GUIDED_CHANGE_SPEED, GUIDED_CHANGE_ALTITUDE, GUIDED_CHANGE_HEADING = 43000, 43001, 43002
 WRONG_FRAME: Final = 9  # MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
 _FORCE: Final = 21196
 _FAILURES: Final = (mav.FAILURE_TYPE_OK, mav.FAILURE_TYPE_OFF)
@@ -135,6 +138,26 @@ def _change_speed(endpoint: Endpoint, order: Order) -> int:
     return ACCEPTED
 
 
+def _change_guided(endpoint: Endpoint, order: Order) -> int:
+    """GUIDED_CHANGE_SPEED, _ALTITUDE and _HEADING, which ArduPlane alone has."""
+    pilot, i = endpoint.pilot, endpoint.index
+    if not isinstance(pilot, ArduPlane):
+        return UNSUPPORTED
+    if order.command == GUIDED_CHANGE_ALTITUDE:
+        place = _place(endpoint, order)
+        if not order.is_global or place is None or not isfinite(place[2]):
+            return DENIED
+        return _said(endpoint, pilot.change_height(i, place[2]))
+    asked = order.number(2, nan)
+    if order.command == GUIDED_CHANGE_SPEED:
+        if order.whole(1) != 0 or not 0.0 < asked < 1e3:  # airspeed alone
+            return DENIED
+        return _said(endpoint, pilot.change_airspeed(i, asked))
+    if not 0.0 <= asked < 360.0:
+        return DENIED
+    return _said(endpoint, pilot.change_heading(i, float(yaw_enu_from_ned(radians(asked)))))
+
+
 def _set_home(endpoint: Endpoint, order: Order) -> int:
     pilot, i = endpoint.pilot, endpoint.index
     if order.whole(1) == 1:
@@ -235,6 +258,9 @@ def _place(endpoint: Endpoint, order: Order) -> Vector | None:
 
 
 COMMANDS: Final[dict[int, Command]] = {
+    GUIDED_CHANGE_SPEED: _change_guided,
+    GUIDED_CHANGE_ALTITUDE: _change_guided,
+    GUIDED_CHANGE_HEADING: _change_guided,
     mav.MAV_CMD_NAV_LOITER_UNLIM: _to(Mode.HOLD),
     mav.MAV_CMD_NAV_RETURN_TO_LAUNCH: _to(Mode.RETURN),
     mav.MAV_CMD_NAV_LAND: _to(Mode.LAND),

@@ -12,6 +12,7 @@ from sim_vehicles.protocol.endpoint import Endpoint
 from sim_vehicles.protocol.orders import FARTHEST_M
 
 _PLACE: Final = 7  # the bits of a position, and of a velocity
+_HEIGHT: Final = 4
 _SPEED: Final = 56
 _FORCE: Final = 512
 _NO_YAW: Final = 1024
@@ -82,8 +83,12 @@ def on_global(endpoint: Endpoint, packet: Packet) -> None:
 
 
 def _mask(endpoint: Endpoint, mask: int) -> int:
-    """ArduPilot ignores a position, or a velocity, of which one part is to be ignored."""
-    if endpoint.services.flavour.answers.whole_vectors:
+    """ArduPilot ignores a position, or a velocity, of which one part is to be ignored.
+
+    Its planes take a height alone.
+    """
+    craft = endpoint.services.craft
+    if craft.flavour.answers.whole_vectors and not (craft.kind == "plane" and not mask & _HEIGHT):
         for bits in (_PLACE, _SPEED):
             mask |= bits if mask & bits else 0
     return mask

@@ -115,3 +115,32 @@ def test_a_mission_ends_in_return(gcs):
     assert "Mission complete, changing mode to RTL" in gcs.texts
     gcs.fly(60)
     assert away(gcs, 0.0, 0.0) == pytest.approx(80.0, abs=10.0)
+
+
+def test_guided_takes_another_speed_height_and_heading(station):
+    gcs = station(kind="plane", autopilot="ardupilot", in_air_m=100.0)
+    gcs.get_ready()
+    assert gcs.command_int(43001, frame=3, x=0, y=0, z=140.0) == 4  # not in Guided
+    assert gcs.mode_to(15) == 0
+    assert gcs.command(43000, 0, 27) == 0
+    assert gcs.command(43002, 0, 90, 5) == 0
+    assert gcs.command_int(43001, frame=3, x=0, y=0, z=140.0) == 0
+    gcs.fly(25)
+    assert gcs.velocity == pytest.approx([27.0, 0.0, 0.0], abs=0.7)
+    assert gcs.position[2] == pytest.approx(140.0, abs=1.0)
+    assert gcs.command(43002, 0, 400) == 2
+    assert gcs.command(43000, 1, 27) == 2  # over ground
+
+
+def test_a_setpoint_of_a_height_alone(station):
+    gcs = station(kind="plane", autopilot="ardupilot", in_air_m=100.0)
+    gcs.get_ready()
+    assert gcs.mode_to(15) == 0
+    gcs.fly(1)
+    gcs.send(
+        mavlink.MAVLink_set_position_target_global_int_message(
+            0, 1, 1, 6, 0xDFB, 0, 0, 70.0, 0, 0, 0, 0, 0, 0, 0, 0
+        )
+    )
+    gcs.fly(25)
+    assert gcs.position[2] == pytest.approx(70.0, abs=1.0)
