@@ -15,6 +15,7 @@ from uavbridge.clock import SECOND_US, to_us
 
 FUTURE_S = 1.0  # clocks may differ by this much
 OLD_S = 30.0  # nobody hears of anything so old
+FRESH = 0.1  # share of that after which a second copy is no accident
 REMEMBERED = 64  # messages of a sender, to know a duplicate
 FAR_M = 5000.0  # so far outside the area nobody is
 HIGH_M = 10000.0
@@ -128,7 +129,11 @@ class Screening:
         if sent_us < t_us - self._old_us:
             return "replayed"
         misplaced = self._misplaced(sender, sent_us, message.position)
-        return misplaced or self._twice(sender, (sent_us, kind))
+        if misplaced:
+            return misplaced
+        again = self._twice(sender, (sent_us, kind))
+        # two subscriptions may bring one message twice, but at one time
+        return "replayed" if again and sent_us < t_us - FRESH * self._old_us else again
 
     def _twice(self, sender: int, identity: tuple[int, int]) -> str:
         """Whether a sender's message was there before, by sending time and kind; else noted."""

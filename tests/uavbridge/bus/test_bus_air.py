@@ -452,6 +452,20 @@ class TestScreening(LocalSessions):
         assert ticks == list(range(40))
         assert air.rejects == {"jump": 34}
 
+    def test_a_second_copy_is_an_accident_at_first_and_a_replay_later(
+        self, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        bus = self.session()
+        air = Air(bus, Radio(math.inf), [1], bounds=self.bounds)
+        message = encode(Frame(DELTA, 7, 10, 10 * SECOND, STILL, STILL, mission=5))
+        for second in (10, 12, 15, 20):
+            bus.publish("air/0/0/7", message)
+            assert len(air.receive({1: STILL}, second * SECOND)[1]) == (second == 10)
+        assert air.rejects == {"duplicate": 1, "replayed": 2}
+        assert [record.getMessage() for record in caplog.records] == [
+            "a frame of agent 7 dropped: replayed"
+        ]
+
     def test_whoever_was_away_may_be_anywhere(self) -> None:
         bus = self.session()
         air = Air(bus, Radio(math.inf), [1], bounds=self.bounds)
