@@ -354,9 +354,7 @@ class Judge:
         return report.phase in _ENDED or to_s(t_us - report.t_us) > self._silence_s
 
     def _separation_by_reports(self, t_us: int) -> None:
-        flying = [
-            r.position for r in self._placed() if r.in_air or r.agent in self._floor.driving
-        ]
+        flying = [r.position for r in self._placed() if r.in_air or r.agent in self._floor.driving]
         self.separation.add(t_us, np.array(flying).reshape(-1, 3), ground_m=-inf)
 
     def failures(self) -> tuple[str, ...]:

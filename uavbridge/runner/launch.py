@@ -197,7 +197,9 @@ def _page(mission: Mission, console: Console) -> Aside:
 
 
 def _mission_record(mission: Mission) -> MissionRecord:
-    return MissionRecord(to_toml(with_ground(as_flown(mission))), mission.seed, mission.clock, versions())
+    return MissionRecord(
+        to_toml(with_ground(as_flown(mission))), mission.seed, mission.clock, versions()
+    )
 
 
 def _record_score(recorder: Recorder, judge: Judge) -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sim_vehicles.codec import mav
-from uavbridge.mavlink.commands import Order
 from uavbridge.mavlink.ardupilot import ARDUCOPTER, ARDUPLANE, ARDUROVER
+from uavbridge.mavlink.commands import Order
 from uavbridge.mavlink.flavour import PX4, Flavour, flavour_of
 from uavbridge.mavlink.plan import SetParameter
 from uavbridge.vehicle.api import (
