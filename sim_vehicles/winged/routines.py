@@ -145,6 +145,8 @@ def _step_go(pilot: Pilot, i: int, step: Step) -> Routine:
     given = step.radius_m > 0  # NaN: it is not
     radius = step.radius_m if given else pilot.parameters.get(i, "NAV_ACC_RAD")
     legs.set_circle(i, step.circle_m)
+    if step.pause_s > 0.0:  # to loiter there: on the circle it has arrived
+        radius = max(radius, 1.3 * abs(legs.circle(i)))
     legs.line(i, _behind(pilot, i, here), (x, y, z), radius_m=radius)
     yield
     if step.pause_s > 0.0 or _is_last(pilot, i):
