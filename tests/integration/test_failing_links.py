@@ -105,6 +105,7 @@ def test_offboard_that_drops_out_is_yielded_not_taken_back(tmp_path):
     assert [agent["state"] for agent in summary["agents"]] == ["landed"]
 
 
+@pytest.mark.soak
 def test_a_reboot_in_flight_is_told(tmp_path):
     port = free_port()
     with (
@@ -126,6 +127,7 @@ def test_a_reboot_in_flight_is_told(tmp_path):
     assert "yielded" in summary["failures"][0]
 
 
+@pytest.mark.soak
 def test_a_low_battery_is_the_autopilots_business_and_told(tmp_path):
     with simulator("--tcp", *SPEED) as sim, bridge(
         tmp_path / "o", write(tmp_path, LONG), "--vehicles", 1, "--connect", tcp(sim)
@@ -156,6 +158,7 @@ def test_a_twin_in_flight_is_named_and_not_listened_to(tmp_path):
     assert [agent["state"] for agent in summary["agents"]] == ["landed"]
 
 
+@pytest.mark.soak
 def test_a_lost_position_ends_in_a_landing(tmp_path):
     port = free_port()
     with (
