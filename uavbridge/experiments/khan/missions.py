@@ -47,7 +47,7 @@ MERGE: Mapping[str, str] = {
 }  # rule: as ``belief.merge`` of a mission file names it
 
 _LOWEST_M = 20.0  # height of the first layer
-_LAYER_M, _SEPARATION_M = 6.0, 5.0
+_LAYER_M, _LAYER_CELLS = 6.0, 0.15  # between layers, the lesser: so that ranges stay level ones
 _SAME_SPOT = 0.5  # cells: two UAVs this close are in one cell, more or less
 # What missions do their own way.
 _FIXED = (
@@ -93,7 +93,8 @@ def mission_of(
     grid = Grid(0.0, 0.0, scale.cell_m, choices.columns, choices.rows)
     places = grid.centre_of(_starts(choices, uavs, seed))
     target = grid.centre_of(np.array((choices.target_column, choices.target_row)))
-    heights = [_LOWEST_M + _LAYER_M * place for place in range(uavs)]
+    layer_m = min(_LAYER_M, _LAYER_CELLS * scale.cell_m)
+    heights = [_LOWEST_M + layer_m * place for place in range(uavs)]
     given: dict[str, Any] = {
         "name": "khan2014",
         "area": area,
@@ -116,7 +117,7 @@ def mission_of(
         "targets": (Target(position=(float(target[0]), float(target[1]))),),
         "radio": Radio(range_m=max(range_cells, _SAME_SPOT) * scale.cell_m),
         "safety": Safety(
-            separation_m=_SEPARATION_M,
+            separation=False,  # the layers are
             altitude_max_m=max(120.0, heights[-1] + 10.0),
             speed_m_s=max(10.0, scale.speed_m_s),
         ),

@@ -134,10 +134,10 @@ def steering(figure: Figure, outcome: Outcome) -> None:
         panel.bar(x, row.mean or 0.0, width, yerr=wide, color=f"C{place}", error_kw={"lw": 0.8})
     for reach, column in zip(ranges, panels.T, strict=True):
         column[0].set_title(f"range {reach} cells")
-        column[0].set_yscale("log")
         column[1].set_xticks(range(len(rules)), rules)
         for panel in column:
             panel.grid(axis="y", alpha=0.3)
+    panels[0, 0].set_ylim(bottom=0)
     panels[0, 0].set_ylabel("time until the target is declared (s)")
     panels[1, 0].set_ylabel("gain over the same planner alone (%)")
     marks = [Patch(color=f"C{place}", label=name) for place, name in enumerate(planners)]
