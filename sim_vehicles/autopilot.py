@@ -207,6 +207,7 @@ class Autopilot:
 
     def fail_gps(self, i: int, *, lost: bool) -> None:
         """The receiver fails, or works again; the position estimate goes with it."""
+        self.status.gps_lost[i] = lost
         self.status.ready_us[i] = ALWAYS_LATER if lost else self.now_us
 
     def change_mode(self, i: int, mode: Mode) -> Refusal | None:

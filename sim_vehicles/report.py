@@ -56,6 +56,7 @@ class Report:
             vehicle_type=zeros + craft.mav_type,
             mission_item=zeros.copy(),
             mission_count=zeros.copy(),
+            gps_lost=pilot.status.gps_lost,
         )
         self.update()
 

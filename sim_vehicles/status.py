@@ -65,6 +65,7 @@ class Status:
     setpoint_us: I64  # (n,) newest setpoint
     gcs_us: I64  # (n,) newest heartbeat of a ground station
     gcs_lost: Bools  # (n,)
+    gps_lost: Bools  # (n,) the receiver has failed
     origin: F64  # (n, 3) ENU m, zero of the vehicle's local frame
     home: F64  # (n, 3) ENU m
     home_yaw: F64  # (n,) rad
@@ -92,6 +93,7 @@ class Status:
             setpoint_us=never.copy(),
             gcs_us=never.copy(),
             gcs_lost=off.copy(),
+            gps_lost=off.copy(),
             origin=np.array(starts, dtype=np.float64),
             home=np.array(starts, dtype=np.float64),
             home_yaw=np.array(yaw, dtype=np.float64),

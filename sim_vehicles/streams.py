@@ -67,6 +67,7 @@ class TelemetrySnapshot:
     vehicle_type: Ints  # (n,) MAV_TYPE
     mission_item: Ints  # (n,) current mission item
     mission_count: Ints  # (n,) items of the stored mission
+    gps_lost: Bools | None = None  # (n,) the receiver has failed; None: of nobody
 
 
 @dataclass(eq=False)
@@ -198,8 +199,9 @@ def _global_position(out: Record, now: Readings) -> None:
 
 def _gps_raw(out: Record, now: Readings) -> None:
     out["time_usec"] = now.t_us
-    lost = now.snapshot.sensors_health[now.rows] & mav.MAV_SYS_STATUS_SENSOR_GPS == 0
-    out["fix_type"] = np.where(lost, mav.GPS_FIX_TYPE_NO_FIX, mav.GPS_FIX_TYPE_3D_FIX)
+    out["fix_type"] = mav.GPS_FIX_TYPE_3D_FIX
+    if now.snapshot.gps_lost is not None:
+        out["fix_type"][now.snapshot.gps_lost[now.rows]] = mav.GPS_FIX_TYPE_NO_FIX
     out["lat:alt"] = now.geodetic
     out["alt_ellipsoid"] = now.geodetic[:, 2]
     out["eph"] = 70  # dilution of precision, in hundredths
