@@ -45,6 +45,7 @@ def _figure(
         runs=1000,
         runs_flown=study.RUNS_FLOWN,
         block=study.BLOCK,
+        batched=("ideal", "dynamics"),
         paired=study.PAIRED,
         alike=study.alike,
         derive=study.gains,

@@ -142,6 +142,7 @@ EXPERIMENT = Experiment(
     runs=20,
     runs_flown={"dynamics": 10, "mavlink": 3},
     block=5,
+    batched=("ideal", "dynamics"),
     paired=("planner", "rule", "range"),
     intervals=True,
     alike=alike,

@@ -48,6 +48,7 @@ EXPERIMENT = Experiment(
     runs=1000,
     runs_flown=study.RUNS_FLOWN,
     block=study.BLOCK,
+    batched=("ideal", "dynamics"),
     paired=study.PAIRED,
     alike=study.alike,
     derive=study.gains,
