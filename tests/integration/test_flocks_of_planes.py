@@ -1,4 +1,4 @@
-"""Fixed-wing aircraft in missions: flocks that begin and end in the air, and one from the runway."""
+"""Fixed-wing aircraft in missions: flocks from air to air, and one from the runway."""
 
 from dataclasses import dataclass
 

@@ -41,10 +41,10 @@ class AgentPlan:
     frame_bytes: float = inf  # the most that a frame may have, but for the planner's payload
     keyframe_s: float = inf  # time between two frames that tell all that is known
     resumes: bool = False  # it flew this mission before: a vehicle in the air is its own
+    home: Vector | None = None  # where it took off, if it did before; None: at its start
     aloft: bool = False  # the mission begins and ends in the air
     endpoint: str = SIMULATED  # where its vehicle is, for messages
     net: tuple[float, float] | None = None  # s without setpoints, without link: the autopilot's
-    home: Vector | None = None  # where it took off, if it did before; None: at its start
     ready_timeout_s: float = 60.0  # to be heard, and then to be ready and armed
     retry_s: float = 2.0  # between two tries of what must be done
     silence_s: float = 5.0  # after which a vehicle counts as lost

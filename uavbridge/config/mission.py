@@ -26,8 +26,8 @@ from uavbridge.config.tables import (
     Bus,
     Fleet,
     Home,
-    Radio,
     Mavlink,
+    Radio,
     Recording,
     Safety,
     Security,
@@ -107,10 +107,9 @@ class Mission(Table, frozen=True):
     wind: Wind = Wind()
     bus: Bus = Bus()
     security: Security = Security()
+    mavlink: Mavlink = Mavlink()
     simulator: Simulator = Simulator()
     recording: Recording = Recording()
-
-    mavlink: Mavlink = Mavlink()
 
     def __post_init__(self) -> None:
         if self.vehicles == 0:
@@ -179,20 +178,6 @@ class Mission(Table, frozen=True):
         cells = [self.grid.cell_of(target.position) for target in self.targets]
         return tuple(dict.fromkeys((int(column), int(row)) for column, row in cells))
 
-    def prior(self) -> F64:
-        """P(target) of each cell (columns, rows) before the search."""
-        belief = self.belief
-        if not belief.expected:
-            return np.full(self.grid.shape, belief.prior)
-        return gaussian_prior(
-            self.grid,
-            [each.position for each in belief.expected],
-            belief.sigma_m,
-            floor=belief.prior,
-            peak=belief.peak,
-            weights=[each.weight for each in belief.expected],
-        )
-
     def columns(self, *, known: bool) -> F64:
         """No-fly columns (k, 3) x, y, radius in m: those planners know before, or the others."""
         rows = [(*each.position, each.radius_m) for each in self.obstacles if each.known == known]
@@ -207,6 +192,20 @@ class Mission(Table, frozen=True):
         if self.pheromones is None and self.planner in PLANNERS:
             return Pheromones()
         return self.pheromones
+
+    def prior(self) -> F64:
+        """P(target) of each cell (columns, rows) before the search."""
+        belief = self.belief
+        if not belief.expected:
+            return np.full(self.grid.shape, belief.prior)
+        return gaussian_prior(
+            self.grid,
+            [each.position for each in belief.expected],
+            belief.sigma_m,
+            floor=belief.prior,
+            peak=belief.peak,
+            weights=[each.weight for each in belief.expected],
+        )
 
     def scenario(self) -> Scenario:
         """What every planner is bound to. Raises ValueError like ``team``."""

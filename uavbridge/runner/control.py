@@ -23,7 +23,6 @@ from uavbridge.runner.host import AgentHost, HeardNotes
 from uavbridge.runner.judge import Judge
 from uavbridge.vehicle.api import Vehicle
 
-
 CONTROL_US = 100_000  # between two steps of the agents
 LEAD_US = 2 * CONTROL_US  # so far agents may be ahead of the simulation
 AHEAD_US = 3 * CONTROL_US  # and so far the simulation ahead of them
