@@ -27,9 +27,10 @@ def flying(tmp_path):
          "--clock", "paced", "--speed", "10", "--out", str(tmp_path / "out")],
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     ) as process:  # fmt: skip
-        line = process.stdout.readline()
-        router = re.search(r"tcp/\S+:\d+", line).group()
         until = time.monotonic() + 30
+        while not (router := re.search(r"tcp/\S+:\d+", process.stdout.readline())):
+            assert time.monotonic() < until
+        router = router.group()
         while "search" not in (line := process.stdout.readline()) and time.monotonic() < until:
             pass
         yield router, process

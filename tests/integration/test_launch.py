@@ -27,10 +27,12 @@ pytestmark = pytest.mark.integration
 
 KEYS = {
     "mission", "seed", "clock", "duration_s", "wall_s", "coverage", "uncertainty", "entropy",
-    "targets", "false_targets", "agents", "min_separation_m", "failures", "digest", "out",
+    "targets", "false_targets", "agents", "radio", "min_separation_m", "failures", "deaths",
+    "digest", "out",
 }  # fmt: skip
 AGENT_KEYS = {
     "id", "state", "distance_m", "frames_sent", "frames_heard", "bytes_sent", "bytes_heard",
+    "bytes_offered", "map_bytes_sent", "dropped", "dropped_bytes", "rejected",
 }  # fmt: skip
 
 
