@@ -31,7 +31,7 @@ def flying(tmp_path):
         while not (router := re.search(r"tcp/\S+:\d+", process.stdout.readline())):
             assert time.monotonic() < until
         router = router.group()
-        while "search" not in (line := process.stdout.readline()) and time.monotonic() < until:
+        while "search" not in process.stdout.readline() and time.monotonic() < until:
             pass
         yield router, process
         if process.poll() is None:
