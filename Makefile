@@ -2,7 +2,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-JOBS ?= 2
+# The integration tests wait more than they compute.
+JOBS ?= 4
 
 .PHONY: help demo test soak bench lint types contracts check docs clean
 
@@ -34,7 +35,7 @@ demo: base ## fly the built-in example mission
 	$(BIN)/uavbridge launch
 
 test: dev ## unit and integration tests
-	$(BIN)/pytest -n $(JOBS) -m "not soak"
+	$(BIN)/pytest -n $(JOBS) --dist worksteal -m "not soak"
 
 soak: dev ## the tests that take minutes
 	$(BIN)/pytest -n $(JOBS) -m soak --timeout 3600

@@ -36,6 +36,7 @@ def test_vehicles_of_other_ids_on_one_port_fly_beside_simulated_ones(tmp_path):
     assert "speed = 8.0" in flown  # that of the vehicles' clocks
 
 
+@pytest.mark.soak
 def test_without_a_mission_the_example_is_flown_at_the_first_vehicles_home(tmp_path):
     home = "-35.363262,149.165237,584"
     with simulator("--count", "2", "--spacing", "30", "--home", home, "--tcp", *SPEED) as sim:

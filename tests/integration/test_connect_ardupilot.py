@@ -10,6 +10,7 @@ ARDUPILOT = ("--autopilot", "ardupilot", "--speed", "8")
 MIXED = SMALL + '\n[[agents]]\nid = 2\nkind = "rover"\n'
 
 
+@pytest.mark.soak
 def test_a_copter_a_rover_and_a_simulated_px4_in_one_mission(tmp_path):
     with (
         simulator(*ARDUPILOT, "--start-system", "7") as copter,

@@ -10,6 +10,7 @@ pytestmark = [pytest.mark.integration, pytest.mark.timeout(150)]
 REMOTE = PAIR.format(duration=40).replace("agents_per_process = 1", "remote = [2]")
 
 
+@pytest.mark.soak
 def test_a_vehicle_of_another_id_is_flown_by_an_agent_elsewhere(tmp_path):
     mission = write(tmp_path, REMOTE)
     with (

@@ -55,6 +55,7 @@ class TestMavsdk(contract.TestEveryVehicle):
         assert {name: parameters.get(0, name) for name in before} == before
 
 
+@pytest.mark.soak
 def test_a_mission_flies_by_mavsdk_beside_a_simulated_one(tmp_path):
     with simulator(
         "--count", "2", "--ports", "shared", "--start-system", "7", "--speed", "4"

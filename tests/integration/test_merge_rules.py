@@ -24,6 +24,7 @@ def test_stepped(tmp_path, merge):
     assert summary["entropy"] < 8.0  # of 16 bits
 
 
+@pytest.mark.soak
 def test_paced(tmp_path):
     path = mission(tmp_path, "counts")
     options = ("--clock", "paced", "--speed", 4, "--out", tmp_path / "o", "--json")

@@ -20,6 +20,7 @@ def test_without_the_filter_they_meet(tmp_path):
     assert apart_m < 5.0
 
 
+@pytest.mark.soak
 def test_homes_side_by_side_and_a_mad_planner(tmp_path):
     result = fly(tmp_path, 103, planner=MAD, duration=40, spacing=10.0, wind=6.0, gust=3.0)
     assert result.min_separation_m > 5.0
