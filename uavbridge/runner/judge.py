@@ -26,6 +26,7 @@ from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.agent.report import AgentReport, decode
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
+from uavbridge.bus.api import Sample as Heard
 from uavbridge.bus.layers import Layer, decode_layer
 from uavbridge.bus.messages import decode_truth
 from uavbridge.bus.screening import FUTURE_S, Screening
@@ -126,7 +127,7 @@ class Judge:
         self._frames = bus.subscribe("air/**")
         self._states = bus.subscribe(keys.state("*"))
         self._truth = bus.subscribe(keys.TRUTH)
-        self._orders = bus.subscribe(keys.cmd())
+        self._orders = bus.subscribe(keys.cmd("*"))
         self._layers = bus.subscribe("layer/**")
         self.layers: dict[str, Layer] = {}  # newest of each name
         self._simulated = False
@@ -187,7 +188,7 @@ class Judge:
         for sample in self._states.drain():
             self._report(*sample, t_us)
         for sample in self._orders.drain():
-            self._overhear(sample.data)
+            self._overhear(sample, t_us)
         if t_us % SECOND_US == 0:
             self._second(t_us)
 
@@ -200,14 +201,17 @@ class Judge:
         if self._recorder:
             self._recorder.write(key, t_us, data)
 
-    def _overhear(self, data: bytes) -> None:
-        """A person may end the mission with an order to all."""
+    def _overhear(self, sample: Heard, t_us: int) -> None:
+        """Orders are written down; one to all may end the mission."""
         try:
-            order = decode_order(data)
+            order = decode_order(sample.data)
         except ValueError:
             self.rejects["order"] += 1
             return
-        if order.verb in _ENDS_ALL and self.verdict is Verdict.FLYING:
+        if self._recorder:
+            self._recorder.write(sample.key, t_us, sample.data)
+        to_all = sample.key == keys.cmd()
+        if to_all and order.verb in _ENDS_ALL and self.verdict is Verdict.FLYING:
             self.verdict = Verdict.STOPPED
 
     def stop(self, t_us: int) -> None:

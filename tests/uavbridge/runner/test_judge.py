@@ -7,12 +7,17 @@ import pytest
 
 from planners.belief.merge import MERGE_RULES, SensorModel
 from uavbridge import config
+from uavbridge.agent.orders import Order, Verb
+from uavbridge.agent.orders import decode as decode_order
+from uavbridge.agent.orders import encode as encode_order
 from uavbridge.agent.report import AgentReport, encode
 from uavbridge.bus import keys
 from uavbridge.bus.local import LocalHub
 from uavbridge.bus.messages import Truth, encode_truth
 from uavbridge.bus.wire import DELTA, Frame
 from uavbridge.bus.wire import encode as encode_frame
+from uavbridge.recording.reader import Recording
+from uavbridge.recording.recorder import Recorder
 from uavbridge.runner import assemble
 from uavbridge.runner.judge import Judge, Verdict
 
@@ -280,3 +285,17 @@ def test_targets_with_signals_are_found_where_somebody_arrives():
         2: (2, 8),
     }
     assert stage.judge.rejects["target"] == 1
+
+
+def test_orders_are_written_down_and_garbage_is_not(tmp_path):
+    hub = LocalHub()
+    operator = hub.bus()
+    recorder = Recorder(tmp_path, mission_name="liu2022", epoch_ns=0)
+    with recorder:
+        judge = Judge(mission(), hub.bus(), recorder)
+        operator.publish(keys.cmd(2), encode_order(Order(Verb.PAUSE)))
+        operator.publish(keys.cmd(2), b"{}")
+        judge.step(SECOND)
+    assert judge.verdict is Verdict.FLYING
+    orders = [m for m in Recording(tmp_path).messages() if m.topic == "cmd/2"]
+    assert [decode_order(message.data).verb for message in orders] == [Verb.PAUSE]
