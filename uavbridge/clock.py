@@ -14,6 +14,7 @@ from typing import Protocol
 
 SECOND_US = 1_000_000
 _LOOK_S = 0.001  # wall time between two looks at a simulation that is late
+_LONGEST_LOOK_S = 0.2  # between two looks; what is longer was spent elsewhere
 
 # A stepped mission happens at no particular date; this one makes its files equal byte for byte.
 STEPPED_DATE = datetime(2025, 1, 1, tzinfo=UTC)
@@ -104,11 +105,12 @@ class LedClock:
         self._lead_us = lead_us
         self._patience_s = patience_s
         self._seen_us = 0
-        self._since_s = time.monotonic()
+        self._still_s = 0.0  # for so long nothing moved while this clock was looking
+        self._looked_s = time.monotonic()
         self._now_us = 0
 
     def now_us(self) -> int:
-        alone_s = max(time.monotonic() - self._since_s - self._patience_s, 0.0)
+        alone_s = max(self._still_s - self._patience_s, 0.0)
         led_us = self._seen_us + self._lead_us + to_us(alone_s * self._paced.speed)
         self._now_us = max(self._now_us, min(self._paced.now_us(), led_us))
         return self._now_us
@@ -121,9 +123,12 @@ class LedClock:
             self._look()
 
     def _look(self) -> None:
-        seen_us = self._reached()
+        seen_us, now_s = self._reached(), time.monotonic()
         if seen_us != self._seen_us:
-            self._seen_us, self._since_s = seen_us, time.monotonic()
+            self._seen_us, self._still_s = seen_us, 0.0
+        else:  # a delay of this process is no standstill of the other
+            self._still_s += min(now_s - self._looked_s, _LONGEST_LOOK_S)
+        self._looked_s = now_s
 
 
 def wall_s() -> float:

@@ -75,7 +75,7 @@ def test_paced_mission_over_udp_and_zenoh(tmp_path):
     assert summary["min_separation_m"] > 5
     assert summary["failures"] == []
     assert {path.name for path in out.iterdir()} == {
-        "summary.json", "report.html", "mission.mcap", "mission.toml",
+        "summary.json", "report.html", "figures", "mission.mcap", "mission.toml",
         *(f"vehicle_{i}.tlog" for i in range(1, 5)),
     }  # fmt: skip
     log = mavutil.mavlink_connection(str(out / "vehicle_2.tlog"))
