@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 # The integration tests wait more than they compute.
-JOBS ?= 4
+JOBS ?= 3
 
 .PHONY: help demo test soak bench lint types contracts check docs clean
 
