@@ -40,7 +40,7 @@ from uavbridge.errors import ConfigError
 from uavbridge.monitor.watch import MissionWatch
 from uavbridge.monitor.web.pages import Place, beside
 from uavbridge.monitor.web.server import LOOPBACK, application, listen
-from uavbridge.monitor.web.source import Live
+from uavbridge.monitor.source import Live
 from uavbridge.recording.reader import Recording
 from uavbridge.recording.topics import EventRecord, MissionRecord
 from uavbridge.recording.topics import encode as encode_record

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from uavbridge.agent.orders import Verb
 from uavbridge.cli.command import KEYS, ROUTER, choose_mission, identity_of
 from uavbridge.cli.steps import steps
-from uavbridge.errors import ConfigError
 
 if TYPE_CHECKING:
-    from uavbridge.bus.api import Bus
-    from uavbridge.monitor.choice import Send
-    from uavbridge.monitor.watch import MissionWatch
+    from uavbridge.monitor.replayed import Player
+    from uavbridge.monitor.source import Source
 
 
 @click.command()
@@ -29,51 +25,47 @@ if TYPE_CHECKING:
 @click.option("--router", metavar="ENDPOINT", default=ROUTER, show_default=True, help="Of the bus.")
 @KEYS
 def monitor(recording: Path | None, **options: Any) -> None:
-    """Watch a flying mission in the terminal: agents, merged map, events; keys give orders.
+    """Watch a flying mission: agents, merged map, events; keys give orders.
 
-    It only listens, so it may join and leave at any time. With --web in the browser, and there
-    a RECORDING (mission.mcap, or its folder) too.
+    It only listens, so it may join and leave at any time. With a RECORDING (mission.mcap, or its
+    folder) watch that: pause, speed, back and forth. With --web in the browser.
     """
     if options["web"]:
         _in_browser(recording, options)
-        return
-    if recording is not None:
-        raise ConfigError("RECORDING: only with --web; in the terminal, uavbridge replay plays it")
+    elif recording is not None:
+        from uavbridge.monitor.source import Recorded
+
+        _show(Recorded(_player(recording)))
+    else:
+        from uavbridge.bus.zenoh_bus import ZenohBus, find_missions
+        from uavbridge.monitor.source import Live
+
+        router, identity = options["router"], identity_of(options["keys"])
+        found = find_missions(router, identity=identity)
+        mission = choose_mission(found, options["mission"], router)
+        with ZenohBus(router, mission, identity=identity) as bus:
+            _show(Live(bus, mission))
+
+
+def _show(source: Source) -> None:
     from rich.console import Console
 
-    from uavbridge.bus.zenoh_bus import ZenohBus, find_missions
     from uavbridge.monitor.terminal import run
+    from uavbridge.runner.interrupts import interrupts
 
-    router, identity = options["router"], identity_of(options["keys"])
-    mission = choose_mission(find_missions(router, identity=identity), options["mission"], router)
-    with ZenohBus(router, mission, identity=identity) as bus:
-        run(bus, lambda watch: _sender(bus, watch), Console())
+    with interrupts() as stop:
+        run(source, Console(), stop)
 
 
-def _sender(bus: Bus, watch: MissionWatch) -> Send:
-    from uavbridge.command import send_order
+def _player(recording: Path) -> Player:
+    from uavbridge.monitor.replayed import Player
 
-    def send(verb: Verb, agent: int | None) -> str:
-        there = sorted(one.id for one in watch.agents.values() if one.alive is not False)
-        replies = send_order(
-            bus,
-            verb,
-            agents=tuple(there) if agent is None else (agent,),
-            everyone=agent is None,
-            name=os.urandom(8).hex(),
-            timeout_s=2.0,
-        )
-        refused = [f"agent {r.agent}: {r.reason}" for r in replies if not r.ok]
-        done = f"{verb.value}: {len(replies) - len(refused)} of {len(replies)} done"
-        took_s = max((reply.took_s for reply in replies), default=0.0)
-        return "; ".join([f"{done} in {took_s:.2f} s", *refused])
-
-    return send
+    with steps("reading") as tell:
+        return Player(recording, tell)
 
 
 def _in_browser(recording: Path | None, options: dict[str, Any]) -> None:
     from uavbridge.bus.zenoh_bus import find_missions
-    from uavbridge.monitor.replayed import Player
     from uavbridge.monitor.web.pages import Place, check_extra, serve_live, serve_recording
 
     place = Place(options["host"], options["port"], options["token"])
@@ -83,9 +75,7 @@ def _in_browser(recording: Path | None, options: dict[str, Any]) -> None:
 
     if recording is not None:
         check_extra()
-        with steps("reading") as tell:
-            player = Player(recording, tell)
-        serve_recording(player, place, ready)
+        serve_recording(_player(recording), place, ready)
         return
     router, identity = options["router"], identity_of(options["keys"])
     mission = choose_mission(find_missions(router, identity=identity), options["mission"], router)

@@ -32,17 +32,26 @@ class Choice:
     done: bool = False
 
 
-def press(state: Choice, key: str, agents: list[int], send: Send) -> None:
-    """One key: choose, order, answer a question, quit."""
-    if state.asked is not None:
-        verb, state.asked = state.asked, None
-        state.said = send(verb, state.chosen) if key in "yY" else f"{verb.value}: not sent"
-    elif key in ("q", "\x03", "\x04"):
+def moved(state: Choice, key: str, agents: list[int]) -> bool:
+    """The keys of every screen, of recordings too: choose, quit. False: it was none of them."""
+    if key in ("q", "\x03", "\x04"):
         state.done = True
     elif key in ("up", "down"):
         ring: list[int | None] = [None, *agents]
         at = ring.index(state.chosen) if state.chosen in ring else 0
         state.chosen = ring[(at + (1 if key == "down" else -1)) % len(ring)]
+    else:
+        return False
+    return True
+
+
+def press(state: Choice, key: str, agents: list[int], send: Send) -> None:
+    """One key: choose, order, answer a question, quit."""
+    if state.asked is not None:
+        verb, state.asked = state.asked, None
+        state.said = send(verb, state.chosen) if key in "yY" else f"{verb.value}: not sent"
+    elif moved(state, key, agents):
+        state.said = ""
     elif (order := KEYS.get(key)) is not None:
         if order in DANGEROUS:
             state.asked = order

@@ -8,7 +8,9 @@ import numpy as np
 from rich.text import Text
 
 from uavbridge.clock import to_s
+from uavbridge.monitor import timeline
 from uavbridge.monitor.choice import HELP, Choice
+from uavbridge.monitor.replayed import Player
 from uavbridge.monitor.watch import Happening, MissionWatch, Point, Watched
 from uavbridge.report.quantity import count, data_size, duration, number, plain
 
@@ -17,15 +19,17 @@ SHADES = " ░▒▓█"
 LEAST_EVENTS = 3
 TABLE_WIDTH = 45  # without the note
 HEARD_WIDTH = 18  # of the ids of those who hear an agent, where there is room
-_WIDE = 140  # columns from which on there is
+_NAMED = TABLE_WIDTH + HEARD_WIDTH + 25  # columns of the table from which on there is
 
 
-def picture(watch: MissionWatch, state: Choice, width: int, height: int) -> list[Text]:
-    """The screen: at most ``height`` lines of at most ``width`` columns."""
+def picture(
+    watch: MissionWatch, state: Choice, width: int, height: int, player: Player | None = None
+) -> list[Text]:
+    """The screen, of recordings with the time line: so many lines and columns at most."""
     head = [_title(watch, width), *_scores(watch)]
     agents = [watch.agents[agent] for agent in sorted(watch.agents)]
     heard_by = watch.heard_by()
-    foot = [*_details(watch, state, heard_by), _question(state)]
+    foot = [*_details(watch, state, heard_by), *_keys(state, player, width)]
     room = height - len(head) - len(foot) - LEAST_EVENTS - 1
     chart = _map(watch, max(room, 4), max(width - TABLE_WIDTH - 10, 12))
     rows = max(min(len(agents) + 1, room), len(chart))
@@ -59,9 +63,8 @@ def _scores(watch: MissionWatch) -> list[Text]:
         Text(
             f"closest {number(watch.separation.closest, 'm')}   radio {count(last.frames_sent)} "
             f"frames {data_size(last.bytes_sent)} sent, {data_size(last.bytes_heard)} heard"
-            f"{_unheard(watch)}"
         ),
-        Text(""),
+        Text(_unheard(watch)),
     ]
 
 
@@ -80,7 +83,7 @@ def _unheard(watch: MissionWatch) -> str:
     """Frames that the radio did not deliver, by reason."""
     dropped = watch.dropped()
     told = ", ".join(f"{count(number)} {plain(why)}" for why, number in dropped.most_common())
-    return f", not heard {told}" if told else ""
+    return f"not heard {told}" if told else ""
 
 
 def _table(
@@ -91,7 +94,7 @@ def _table(
     width: int,
     heard_by: dict[int, list[int]],
 ) -> list[Text]:
-    named = width >= _WIDE - HEARD_WIDTH
+    named = width >= _NAMED
     who = "heard by".ljust(HEARD_WIDTH) if named else ""
     lines = [Text(f" id phase    mode       x    y   z bat hrd {who}", style="dim")]
     for agent in agents[: rows - 1 if len(agents) < rows else rows - 2]:
@@ -145,7 +148,7 @@ def _details(watch: MissionWatch, state: Choice, heard_by: dict[int, list[int]])
     sent = f"sent {data_size(report.bytes_sent)}, heard {data_size(report.bytes_heard)}"
     note = plain(report.failure or report.note)
     flown = f"flown {report.distance_m:.0f} m"
-    return [Text(f"agent {agent.id}: {note or '-'}; {links}; {sent}; {flown}")]
+    return [Text(f"agent {agent.id}: {note or '-'}"), Text(f"{links}; {sent}; {flown}")]
 
 
 def _whole(value: float, width: int) -> str:
@@ -205,6 +208,12 @@ def _event(happening: Happening) -> Text:
     who = "" if happening.agent is None else f"agent {happening.agent}: "
     style = "bold red" if happening.kind == "failure" else "dim"
     return Text(f"{duration(to_s(happening.t_us))}  {who}{plain(happening.text)}", style=style)
+
+
+def _keys(state: Choice, player: Player | None, width: int) -> list[Text]:
+    if player is None:
+        return [_question(state)]
+    return [timeline.line(player, width), Text(timeline.HELP, style="dim")]
 
 
 def _question(state: Choice) -> Text:

@@ -54,6 +54,11 @@ class Player:
         self._kept: dict[int, tuple[int, bytes]] = {}
 
     @property
+    def target_us(self) -> int:
+        """Mission time at which it shall be."""
+        return self._target_us
+
+    @property
     def seeking(self) -> bool:
         """It is not yet where it shall be."""
         return self._next < len(self._samples) and self._due(self._next)

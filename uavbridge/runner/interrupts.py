@@ -17,11 +17,11 @@ class Interrupted(KeyboardInterrupt):
 
 
 @contextmanager
-def interrupts(notice: str) -> Iterator[Callable[[], bool]]:
+def interrupts(notice: str = "") -> Iterator[Callable[[], bool]]:
     """Ctrl-C, SIGTERM and SIGHUP ask for an orderly end; a second one raises ``Interrupted``.
 
     Args:
-        notice: logged at the first.
+        notice: logged at the first, unless it is empty.
 
     A hang-up that is ignored already, as under nohup, stays so. Off the main thread, where
     Python takes no signals, nothing asks.
@@ -36,7 +36,8 @@ def interrupts(notice: str) -> Iterator[Callable[[], bool]]:
         asked += 1
         if asked > 1:
             raise Interrupted
-        _log.warning("%s", notice)
+        if notice:
+            _log.warning("%s", notice)
 
     taken = [signal.SIGINT, signal.SIGTERM]
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:

@@ -17,11 +17,11 @@ import numpy.typing as npt
 from planners.types import F64, I64
 from uavbridge.clock import SECOND_US, to_s
 from uavbridge.monitor.maps import Maps
+from uavbridge.monitor.source import Source
 from uavbridge.monitor.told import terrain_of
 from uavbridge.monitor.watch import MissionWatch, Point, Watched
 from uavbridge.monitor.web.grounds import ground_of, layer_picture
 from uavbridge.monitor.web.messages import Event, Mission, Row, Update
-from uavbridge.monitor.web.source import Source
 
 UNION = 0  # stands for all agents where maps are told
 TRACK_POINTS = 900  # of one vehicle that a new page is told

@@ -18,7 +18,7 @@ from uavbridge.bus.security import Identity
 from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.errors import ConfigError
 from uavbridge.monitor.replayed import Player
-from uavbridge.monitor.web.source import Live, Recorded, Source
+from uavbridge.monitor.source import Live, Recorded, Source
 
 LOOPBACK = "127.0.0.1"
 TOKEN = "UAVBRIDGE_TOKEN"  # environment: unlike arguments, not for everybody to read

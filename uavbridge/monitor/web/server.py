@@ -21,10 +21,10 @@ from uavbridge.agent.orders import Verb
 from uavbridge.bus.text import read
 from uavbridge.clock import to_us, wall_s
 from uavbridge.errors import ConfigError, LinkError, UavbridgeError
+from uavbridge.monitor.source import Source
 from uavbridge.monitor.web.feed import Feed
 from uavbridge.monitor.web.guard import SHORTEST_TOKEN, Guard, is_loopback
 from uavbridge.monitor.web.messages import Answer, Ask
-from uavbridge.monitor.web.source import Source
 
 STEP_S = 0.1  # between two looks at the bus
 TELL_S = 0.2  # between two updates of a page

@@ -1,4 +1,4 @@
-"""Where a page's mission comes from: a bus, or a recording."""
+"""Where what is shown comes from: a bus, or a recording."""
 
 from __future__ import annotations
 
@@ -97,7 +97,8 @@ class Live:
             self._news = (self.watch.t_us, wall_s())
 
     def order(self, verb: Verb, agent: int | None, to: tuple[float, float] | None) -> list[Reply]:
-        everybody = tuple(sorted(a.id for a in self.watch.agents.values() if a.alive is not False))
+        there = list(self.watch.agents.values())  # at once: ``step`` may add to them meanwhile
+        everybody = tuple(sorted(one.id for one in there if one.alive is not False))
         return send_order(
             self._bus,
             verb,
