@@ -14,6 +14,7 @@ import numpy as np
 
 from planners.types import Setpoint
 from uavbridge.agent.course import Course
+from uavbridge.agent.custody import is_ours
 from uavbridge.agent.driving import Driving
 from uavbridge.agent.effects import Do, Effect, Inputs, Tell
 from uavbridge.agent.flying import Flying
@@ -78,7 +79,7 @@ class Flight:
         self._last: Vector | None = None
         self._refusal = ""
         self._net_set = plan.net is None
-        self._climbs = False  # it took off by our word
+        self._granted = False  # what the phase asks for was done: take-off, landing
         self._effects: list[Effect] = []
         self._pending: list[Effect] = []
 
@@ -147,8 +148,10 @@ class Flight:
         match command:
             case SetNet():
                 self._net_set = True
-            case TakeOff():
-                self._climbs = True
+            case TakeOff() if self.phase is Phase.TAKEOFF:
+                self._granted = True
+            case LandHere() if self.phase in (Phase.LAND, Phase.PARK):
+                self._granted = True
             case Arm() if self.phase is Phase.ARM:
                 self.course.home = _vector(inputs.state)
                 self._way = self.plan.envelope.holding(self.course.home)
@@ -184,9 +187,11 @@ class Flight:
             self.failure = "vehicle lost its position: it lands"
             self._tell(self.failure, failure=True)
             self._enter(Phase.LAND, t_us)
-        elif self.phase in FOLLOWING:
+        elif self.phase is not Phase.YIELDED:
             self._watch_mode(state, t_us)
 
+            else:
+                self._watch_mode(state, t_us)
     def _come_down(self, state: VehicleState, t_us: int) -> None:
         """It does not take off, or follows no setpoints there."""
         mode = state.mode_text or state.mode.value
@@ -200,13 +205,15 @@ class Flight:
             self._fail(why, t_us)
 
     def _watch_mode(self, state: VehicleState, t_us: int) -> None:
-        if state.mode is Mode.OFFBOARD:
+        if self._is_ours(state):
             self._strange_us = None
         elif self._strange_us is None:
             self._strange_us = t_us
         elif self._stalled_lately(t_us) and state.mode in FAILSAFES:
             # Our own setpoints came too late, and the autopilot's failsafe took over.
-            self._ask(Follow(), t_us)
+            if self.phase in FOLLOWING:
+                self._ask(Follow(), t_us)
+            self._granted = False  # whatever else was asked for is asked for again
         elif to_s(t_us - self._strange_us) > STRANGE_MODE_S:
             self.failure = f"vehicle went to {state.mode_text or state.mode.value}: yielded"
             self._tell(self.failure, failure=True)
@@ -219,6 +226,11 @@ class Flight:
 
     def _give_up(self, state: VehicleState, t_us: int) -> None:
         """It is time to fly, or to end, and the vehicle is not ready."""
+    def _is_ours(self, state: VehicleState) -> bool:
+        granted = self._granted and self._under_way(state) and state.armed
+        circles, high = self.course.handling.circles, self._is_high(state)
+        return is_ours(self.phase, state.mode, granted=granted, high=high, circles=circles)
+
         waited_s = to_s(t_us - self._since_us)
         if self.phase is Phase.ARM:
             why = self._refusal or ", ".join(state.waiting_for) or "no answer"
@@ -270,7 +282,7 @@ class Flight:
             elif not state.waiting_for:
                 self._ask(Arm(), t_us)
         elif self.phase is Phase.TAKEOFF:
-            self._take_off(state, position, t_us)
+            self._take_off(state, t_us)
         elif self.phase is Phase.START:
             self._set_out(t_us)
         elif self.phase is Phase.LAND:
@@ -307,13 +319,17 @@ class Flight:
     def _take_off_m(self) -> float:
         return max(self.plan.low_height_m, self.course.handling.take_off_m)
 
-    def _take_off(self, state: VehicleState, position: Vector, t_us: int) -> None:
-        height_m = self._take_off_m
-        if position[2] - self.course.home[2] >= 0.8 * height_m:
+    def _is_high(self, state: VehicleState) -> bool:
+        above_m = float(state.position[2]) - self.course.home[2]
+        return above_m >= 0.8 * self._take_off_m
+
+    def _take_off(self, state: VehicleState, t_us: int) -> None:
+        if not self._is_ours(state):
+            return
+        if self._is_high(state):
             self._set_out(t_us)
-        elif state.mode is not Mode.TAKEOFF and not (self._climbs and state.mode is Mode.OFFBOARD):
-            self._climbs = False
-            self._ask(TakeOff(height_m), t_us)
+        elif state.mode is not Mode.TAKEOFF and not (self._granted and state.mode is Mode.OFFBOARD):
+            self._ask(TakeOff(self._take_off_m), t_us)
 
     def _set_out(self, t_us: int) -> None:
         self._stop()
@@ -335,7 +351,7 @@ class Flight:
         elif self.course.handling.circles and state.mode is Mode.RETURN:
             self._tell("circles over home by its autopilot, which is to land it")
             self._enter(Phase.DONE, t_us)
-        elif state.mode is not Mode.LAND:
+        elif state.mode is not Mode.LAND and not self._granted:
             self._ask(LandHere(), t_us)
 
     def _leave_alone(self, state: VehicleState, t_us: int) -> None:
@@ -410,6 +426,7 @@ class Flight:
             self._asked_us = t_us
             self._effects.append(Do(command))
 
+        self._granted = False
     def _stop(self) -> None:
         self._effects.append(Do(SetVelocity(np.zeros(3))))
 

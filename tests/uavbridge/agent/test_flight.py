@@ -13,9 +13,11 @@ from planners.types import FlyVelocity, Goal, GoTo, Reading, Scenario
 from tests.uavbridge.agent.point_vehicle import PointVehicle
 from uavbridge.agent.agent import Agent
 from uavbridge.agent.effects import Answer, Do, Inputs, Publish, Tell
+from uavbridge.agent.obstacles import Sighted
 from uavbridge.agent.orders import Order, Verb
 from uavbridge.agent.phases import ENDED, NEXT, RETURNING, Phase, check
 from uavbridge.agent.plan import AgentPlan, return_heights
+from uavbridge.bus.messages import Obstacle
 from uavbridge.bus.wire import Beacon
 from uavbridge.safety.envelope import Envelope
 from uavbridge.vehicle.api import Follow, LandHere, Mode, TakeOff
@@ -128,6 +130,34 @@ def test_it_returns_by_itself_at_the_time_limit():
     run.until(Phase.DONE)
 
 
+def test_a_column_that_its_detector_sees_is_kept_off_and_shown_to_the_planner():
+    planner = FlyTo(GoTo(np.array([500.0, 100.0, 40.0])))
+    run = Run(plan_of(planner)).until(Phase.SEARCH)
+    while run.vehicle.state.position[0] < 180.0:
+        run.step()
+    assert not len(planner.views[-1].obstacles)
+    run.step(obstacles=(Obstacle(3, 300.0, 100.0, 20.0, 5.0),))
+    least = np.inf
+    for _ in range(1500):
+        run.step()
+        apart = run.vehicle.state.position[:2] - (300.0, 100.0)
+        least = min(least, np.hypot(*apart))
+    assert planner.views[-1].obstacles.tolist() == [[300.0, 100.0, 20.0]]
+    assert 24.0 < least < 40.0
+    run.step(orders=(Order(Verb.RETURN),))
+    run.until(Phase.DONE, 400)
+    assert run.agent.flight.failure == ""
+
+
+def test_what_is_told_again_of_a_column_takes_the_place_of_what_was_told():
+    sighted = Sighted()
+    assert sighted.learn([Obstacle(2, 1.0, 1.0, 5.0, 1.0), Obstacle(1, 0.0, 0.0, 3.0, 1.0)])
+    assert not sighted.learn([Obstacle(1, 0.0, 0.0, 3.0, 1.0)])
+    assert sighted.learn([Obstacle(2, 1.5, 1.0, 4.0, 1.0)])
+    assert sighted.columns.tolist() == [[0.0, 0.0, 3.0], [1.5, 1.0, 4.0]]
+    assert sighted.kept_off() == ((0.0, 0.0, 4.0), (1.5, 1.0, 5.0))
+
+
 def test_a_velocity_keeps_the_search_height_and_the_fence():
     run = Run(plan_of(FlyTo(FlyVelocity(np.array([9.0, 0.0, 0.0])))))
     run.until(Phase.SEARCH)
@@ -216,6 +246,38 @@ def test_a_pilot_who_takes_the_sticks_has_the_vehicle():
         run.step()
     assert len(run.vehicle.commands) == before
     assert run.agent.flight.failure
+
+
+@pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.RETURN])
+def test_a_pilot_who_takes_it_while_it_takes_off_has_it(mode):
+    run = Run(plan_of(FlyTo(GoTo(np.array([500.0, 500.0, 40.0])))))
+    run.until(Phase.TAKEOFF)
+    while run.vehicle.state.position[2] < 3.0:
+        run.step()
+    run.vehicle.set_mode(mode)
+    run.until(Phase.YIELDED, 2)
+    commands = len(run.vehicle.commands)
+    for _ in range(200):
+        run.step()
+    assert len(run.vehicle.commands) == commands
+    assert run.told[-1].text == f"vehicle went to {mode.value}: yielded"
+
+
+@pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.OFFBOARD])
+def test_a_pilot_who_takes_it_while_it_lands_has_it(mode):
+    run = Run(plan_of(FlyTo(GoTo(np.array([500.0, 500.0, 40.0])))))
+    run.until(Phase.SEARCH)
+    run.step(orders=(Order(Verb.LAND),))
+    run.until(Phase.LAND)
+    for _ in range(20):
+        run.step()
+    assert run.vehicle.state.in_air
+    run.vehicle.set_mode(mode)
+    run.until(Phase.YIELDED, 2)
+    commands = len(run.vehicle.commands)
+    for _ in range(200):
+        run.step()
+    assert len(run.vehicle.commands) == commands
 
 
 def test_a_vehicle_lost_by_our_own_delay_is_taken_back():
