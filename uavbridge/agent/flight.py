@@ -183,6 +183,8 @@ class Flight:
             patience_s = self.plan.ready_timeout_s + self.plan.low_height_m / SLOWEST_CLIMB_M_S
             if to_s(t_us - self._since_us) > patience_s:
                 self._come_down(state, t_us)
+            else:
+                self._watch_mode(state, t_us)
         elif self.phase in FOLLOWING and state.link_ok and not state.has_position:
             self.failure = "vehicle lost its position: it lands"
             self._tell(self.failure, failure=True)
@@ -190,8 +192,6 @@ class Flight:
         elif self.phase is not Phase.YIELDED:
             self._watch_mode(state, t_us)
 
-            else:
-                self._watch_mode(state, t_us)
     def _come_down(self, state: VehicleState, t_us: int) -> None:
         """It does not take off, or follows no setpoints there."""
         mode = state.mode_text or state.mode.value
@@ -219,6 +219,11 @@ class Flight:
             self._tell(self.failure, failure=True)
             self._enter(Phase.YIELDED, t_us)
 
+    def _is_ours(self, state: VehicleState) -> bool:
+        granted = self._granted and self._under_way(state) and state.armed
+        circles, high = self.course.handling.circles, self._is_high(state)
+        return is_ours(self.phase, state.mode, granted=granted, high=high, circles=circles)
+
     def _stalled_lately(self, t_us: int) -> bool:
         """Our own lateness may be why a simulated vehicle left us; others are never taken back."""
         simulated = self.plan.endpoint == SIMULATED
@@ -226,11 +231,6 @@ class Flight:
 
     def _give_up(self, state: VehicleState, t_us: int) -> None:
         """It is time to fly, or to end, and the vehicle is not ready."""
-    def _is_ours(self, state: VehicleState) -> bool:
-        granted = self._granted and self._under_way(state) and state.armed
-        circles, high = self.course.handling.circles, self._is_high(state)
-        return is_ours(self.phase, state.mode, granted=granted, high=high, circles=circles)
-
         waited_s = to_s(t_us - self._since_us)
         if self.phase is Phase.ARM:
             why = self._refusal or ", ".join(state.waiting_for) or "no answer"
@@ -419,6 +419,7 @@ class Flight:
         self._since_us = t_us
         self._asked_us = NEVER_US
         self._strange_us = None
+        self._granted = False
 
     def _ask(self, command: Command, t_us: int) -> None:
         """Give a command, again every ``retry_s`` until the phase changes."""
@@ -426,7 +427,6 @@ class Flight:
             self._asked_us = t_us
             self._effects.append(Do(command))
 
-        self._granted = False
     def _stop(self) -> None:
         self._effects.append(Do(SetVelocity(np.zeros(3))))
 
