@@ -8,7 +8,7 @@ messages.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from sim_vehicles.codec import Counts, Encoder, decode
@@ -72,6 +72,7 @@ class Scout:
         self.home: Geodetic | None = None
         self.here: Geodetic | None = None
         """Where it is by its own estimate, or by its GPS while there is none."""
+        self._altitude_m: float | None = None  # by its GPS
         self.vehicle_type = 0
         self.firmware: Firmware | None = None
         self.signs = False
@@ -105,6 +106,19 @@ class Scout:
         """The make, as people call it; empty while it is unknown or not supported."""
         flavour = self.telemetry.flavour
         return "" if isinstance(flavour, str) else flavour.name
+
+    @property
+    def start(self) -> Geodetic | None:
+        """Its home, or where it is while that is unknown.
+
+        ArduRover sets its home before it knows its height, and never mends it: of rovers the
+        height is the GPS's.
+        """
+        place, flavour = self.home or self.here, self.telemetry.flavour
+        drives = not isinstance(flavour, str) and flavour.kind == "rover"
+        if place is None or self._altitude_m is None or not drives:
+            return place
+        return replace(place, altitude_m=self._altitude_m)
 
     @property
     def rate(self) -> float | None:
@@ -162,8 +176,9 @@ class Scout:
         self.here = place_of(m.lat, m.lon, m.alt) or self.here
 
     def _gps(self, m: Any, t_us: int) -> None:
-        if m.fix_type >= _FIX_3D and self.here is None:
-            self.here = place_of(m.lat, m.lon, m.alt)
+        if m.fix_type >= _FIX_3D:
+            self._altitude_m = m.alt * 1e-3
+            self.here = self.here or place_of(m.lat, m.lon, m.alt)
 
     def _version(self, m: Any, t_us: int) -> None:
         number = m.flight_sw_version

@@ -229,7 +229,7 @@ def _echo(attached: Attached, mission: Mission) -> str:
         return f"agent {attached.agent}: {attached.where}: not heard"
     firmware = "" if scout.firmware is None else f" {scout.firmware}"
     text = f"agent {attached.agent}: {attached.where}: {scout.name or 'unknown'}{firmware}"
-    place = scout.home or scout.here
+    place = scout.start
     if place is None:
         return text + ", no position yet"
     east, north, up = offset(place, mission)

@@ -78,7 +78,7 @@ def adopt(
     home, speed = mission.home, mission.speed
     if adopt_home:
         first = next(iter(vehicles.values()))
-        place = None if first.scout is None else first.scout.home or first.scout.here
+        place = None if first.scout is None else first.scout.start
         if place is None:
             raise VehicleError(f"agent {first.agent}: no home position from {first.where}")
         home = Home(
@@ -111,7 +111,7 @@ def check(attached: Attached, mission: Mission, *, resumes: bool = False) -> Non
         raise VehicleError(f"{subject}: is in the air already; --resume goes on with a mission")
     if scout.signs and mission.mavlink.signing_keys is None:
         raise VehicleError(f"{subject}: obeys only those with its key: give --signing-keys FILE")
-    place = scout.home or scout.here
+    place = scout.start
     if place is None:
         return
     east, north, up = offset(place, mission)

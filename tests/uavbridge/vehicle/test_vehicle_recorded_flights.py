@@ -18,6 +18,7 @@ from uavbridge.mavlink.flavour import Flavour
 from uavbridge.mavlink.identity import COMPONENT, SYSTEM
 from uavbridge.mavlink.link import memory_pair
 from uavbridge.mavlink.px4 import Px4
+from uavbridge.mavlink.scout import Scout
 from uavbridge.recording.tlog import frame_length
 from uavbridge.vehicle.api import (
     Arm,
@@ -129,6 +130,17 @@ def test_px4_is_ready_at_once_and_tells_of_its_return() -> None:
     assert (state.mode, state.mode_text) == (Mode.RETURN, "AUTO.RTL")
     assert "RTL: start return at 520 m (30 m above destination)" in tape.said
     assert not tape.play(300.0).state.armed
+
+
+def test_a_rover_that_set_its_home_too_early_is_as_high_as_its_gps_says() -> None:
+    scout = Scout(3, Encoder(SYSTEM, COMPONENT))
+    for t_s, frame in frames("ardurover-4.6.3"):
+        if sender(frame) != STATION and t_s < 40.0:
+            scout.hear(frame, round(t_s * 1e6))
+    assert scout.home is not None
+    assert scout.home.altitude_m == pytest.approx(0.14)
+    assert scout.start is not None
+    assert scout.start.altitude_m == pytest.approx(584.0, abs=1.0)
 
 
 def test_rover_and_plane_are_told_apart() -> None:
