@@ -1,24 +1,23 @@
 """Elevation files that people have, as terrain: .npy, ESRI ASCII grids, GeoTIFF.
 
-Samples become lattice points. GeoTIFF needs the extra ``geo`` (rasterio).
+Samples become lattice points. Heights of -9999 m and below count as missing, whatever a
+file says of missing ones.
 """
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
-import numpy.typing as npt
 
 from planners.terrain import Terrain
-from sim_vehicles.geodesy import Geodetic, to_enu
+from sim_vehicles.geodesy import Geodetic
+from sim_vehicles.world import geotiff
+from sim_vehicles.world.geotiff import MISSING_M, from_north, known
 
-_F64 = npt.NDArray[np.float64]
+_NPY = b"\x93NUMPY"
 
 
 def read(
@@ -36,7 +35,8 @@ def read(
         cell_m: spacing; only ``.npy`` needs it, the others say it themselves.
         south_west: where the south-western sample lies in ENU m; (0, 0) when nothing says it.
         origin: the mission's home: places a GeoTIFF by its coordinates, unless ``south_west``
-            is given. North of a projected grid counts as true north.
+            is given. North of a projected grid counts as true north; one that is far from it,
+            or from true to size, is refused.
 
     Raises:
         ValueError: the file cannot be read, is odd, or has no-data cells; begins with its name.
@@ -44,15 +44,15 @@ def read(
     file = Path(path)
     reader = _READERS.get(file.suffix.lower())
     if reader is None:
-        known = ", ".join(sorted(_READERS))
-        raise ValueError(f"{file.name}: not an elevation file that we know ({known})")
+        kinds = ", ".join(sorted(_READERS))
+        raise ValueError(f"{file.name}: not an elevation file that we know ({kinds})")
     if not file.exists():
         raise ValueError(f"{file.name}: No such file")
     try:
-        terrain = reader(file, cell_m, origin)
+        terrain = reader(file, cell_m, origin if south_west is None else None)
     except OSError as error:
         raise ValueError(f"{file.name}: {error.strerror or error}") from error
-    except (ValueError, EOFError, OverflowError, BadZipFile) as error:
+    except (ValueError, OverflowError) as error:
         why = str(error).removeprefix("terrain: ")
         raise ValueError(f"{file.name}: {why}") from error
     if south_west is not None:
@@ -63,10 +63,13 @@ def read(
 def _npy(file: Path, cell_m: float | None, origin: Geodetic | None) -> Terrain:
     if cell_m is None:
         raise ValueError("an .npy file does not say its spacing: give cell_m")
+    with file.open("rb") as opened:
+        if opened.read(len(_NPY)) != _NPY:
+            raise ValueError("not an .npy file")
     heights = np.load(file, allow_pickle=False)
-    if not isinstance(heights, np.ndarray) or heights.dtype.kind not in "iuf":
+    if heights.dtype.kind not in "iuf":
         raise ValueError("does not hold numbers")
-    return Terrain(0.0, 0.0, float(cell_m), heights.astype(np.float64))
+    return Terrain(0.0, 0.0, float(cell_m), known(heights.astype(np.float64)))
 
 
 def _ascii(file: Path, cell_m: float | None, origin: Geodetic | None) -> Terrain:
@@ -83,7 +86,8 @@ def _ascii(file: Path, cell_m: float | None, origin: Geodetic | None) -> Terrain
         heights = np.array(table, dtype=np.float64)
     except ValueError as error:
         raise ValueError(f"a height is not a number ({error})") from error
-    return Terrain(0.0, 0.0, spacing, _from_north(heights, header.get("nodata_value", -9999.0)))
+    heights[heights == header.get("nodata_value", MISSING_M)] = np.nan
+    return Terrain(0.0, 0.0, spacing, from_north(known(heights)))
 
 
 def _header(lines: list[str]) -> tuple[dict[str, float], list[str]]:
@@ -116,64 +120,13 @@ def _spacing(header: Mapping[str, float]) -> float:
     return header["cellsize"]
 
 
-def _from_north(heights: _F64, nodata: float | None) -> _F64:
-    """Rows from north to south, as rasters have them, to (columns, rows); no data to NaN."""
-    known = heights if nodata is None else np.where(heights == nodata, np.nan, heights)
-    return np.ascontiguousarray(known[::-1].T)
-
-
-def _geotiff(file: Path, cell_m: float | None, origin: Geodetic | None) -> Terrain:
-    try:
-        rasterio: Any = importlib.import_module("rasterio")
-        warp: Any = importlib.import_module("rasterio.warp")
-    except ImportError as error:
-        raise ValueError("GeoTIFF needs the extra: pip install 'uavbridge[geo]'") from error
-    try:
-        with rasterio.open(file) as raster:
-            heights = raster.read(1).astype(np.float64)
-            matrix, crs, nodata = raster.transform, raster.crs, raster.nodata
-    except rasterio.errors.RasterioIOError as error:
-        raise ValueError(f"not a GeoTIFF: {error}") from error
-    if matrix.b or matrix.d or matrix.a <= 0.0 or matrix.e >= 0.0:
-        raise ValueError("rows must run from north to south, columns from west to east")
-    samples = _from_north(heights, nodata)
-    west = matrix.c + 0.5 * matrix.a  # of the south-western pixel's centre
-    south = matrix.f + matrix.e * (heights.shape[0] - 0.5)
-    if crs is not None and crs.is_geographic:
-        return _from_degrees(samples, (west, south), (matrix.a, -matrix.e), origin)
-    if abs(matrix.a + matrix.e) > 1e-6 * matrix.a:
-        raise ValueError(f"cells are not square ({matrix.a:g} x {-matrix.e:g})")
-    if origin is None or crs is None:
-        return Terrain(0.0, 0.0, float(matrix.a), samples)
-    home = warp.transform("EPSG:4326", crs, [origin.longitude_deg], [origin.latitude_deg])
-    return Terrain(west - home[0][0], south - home[1][0], float(matrix.a), samples)
-
-
-def _from_degrees(
-    samples: _F64, south_west: tuple[float, float], step: tuple[float, float], home: Geodetic | None
-) -> Terrain:
-    """Samples on a lattice of degrees, drawn anew on one of metres."""
-    columns, rows = samples.shape
-    middle = south_west[1] + 0.5 * step[1] * (rows - 1)
-    at = home or Geodetic(south_west[1], south_west[0], 0.0)
-    size = to_enu(middle + step[1], at.longitude_deg + step[0], 0.0, _sea(middle, at))
-    east, north = float(size[0]), float(size[1])
-    corner = to_enu(south_west[1], south_west[0], 0.0, _sea(at.latitude_deg, at))
-    lattice = Terrain(0.0, 0.0, 1.0, samples)  # refuses holes, and looks between the samples
-    cell = min(east, north)
-    x = np.arange(int(east * (columns - 1) / cell) + 1) * cell / east
-    y = np.arange(int(north * (rows - 1) / cell) + 1) * cell / north
-    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
-    return Terrain(float(corner[0]), float(corner[1]), cell, lattice.height_at(points))
-
-
-def _sea(latitude_deg: float, at: Geodetic) -> Geodetic:
-    return Geodetic(latitude_deg, at.longitude_deg, 0.0)
+def _tif(file: Path, cell_m: float | None, origin: Geodetic | None) -> Terrain:
+    return geotiff.read(file, origin)
 
 
 _READERS: Mapping[str, Callable[[Path, float | None, Geodetic | None], Terrain]] = {
     ".npy": _npy,
     ".asc": _ascii,
-    ".tif": _geotiff,
-    ".tiff": _geotiff,
+    ".tif": _tif,
+    ".tiff": _tif,
 }

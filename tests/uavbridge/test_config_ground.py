@@ -85,13 +85,23 @@ def test_kinds() -> None:
     [
         ('file = "level.npy"', "terrain.file: level.npy: an .npy file does not say its spacing"),
         ('file = "holes.npy"\ncell_m = 100', "terrain.file: holes.npy: 1 of 121 heights"),
-        ('file = "empty.npy"\ncell_m = 1', "terrain.file: empty.npy: No data left"),
+        ('file = "empty.npy"\ncell_m = 1', "terrain.file: empty.npy: not an .npy file"),
         ('file = "odd.asc"', "terrain.file: odd.asc: header: nrows must be a whole number"),
         ('file = "none.tif"', "terrain.file: none.tif: No such file"),
         ('file = "none.txt"', "terrain.file: none.txt: not an elevation file"),
         ('file = "small.npy"\ncell_m = 100', "terrain.file: reaches from 0, 0, 500, 500"),
         ('file = "level.npy"\ncell_m = 100\nseed = 1', "terrain.seed: is for generated ground"),
         ('file = "level.npy"\ncell_m = 100\nwest_m = 1', "terrain.south_m: is missing"),
+        (
+            'file = "level.npy"\ncell_m = 100\nwest_m = 5000\nsouth_m = 0',
+            "terrain.file: reaches from 5000, 0, 6000, 1000",
+        ),
+        ('file = "odd.asc"\ncell_m = 5', "terrain.cell_m: is for .npy files"),
+        (
+            "seed = 7\nsteepest_deg = 85\nalpha_deg = 0\nbeta_deg = 0",
+            "vehicles: only 0 more starts fit into the area, on ground no steeper than "
+            "terrain.alpha_deg, at a spacing of 50 m, 1 are needed",
+        ),
         ("zero_m = 3", "terrain.zero_m: is for a file"),
         ("cell_m = 0.1", "terrain.cell_m: makes more than 4000000 heights"),
         ("beta_deg = 41", "terrain.beta_deg: must be at most alpha_deg = 40"),

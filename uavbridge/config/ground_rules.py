@@ -47,6 +47,9 @@ def _keys(ground: Ground) -> None:
     for key in others:
         if getattr(ground, key) is not None:
             raise FieldError(("terrain", key), why)
+    if ground.cell_m is not None and not (ground.file or ".npy").lower().endswith(".npy"):
+        what = f"is for .npy files: {ground.file!r} says its spacing itself"
+        raise FieldError(("terrain", "cell_m"), what, ground.cell_m)
     if (ground.west_m is None) is not (ground.south_m is None):
         missing = "west_m" if ground.west_m is None else "south_m"
         raise FieldError(("terrain", missing), "is missing: both west_m and south_m, or neither")
@@ -66,6 +69,15 @@ def check_on_ground(
         _place(terrain, path, place, ground.alpha_rad)
     for index, target in enumerate(mission.targets):
         _place(terrain, ("targets", index, "position"), target.position, pi / 2)
+    check_covers(mission, terrain)
+
+
+def check_covers(mission: Mission, terrain: Terrain) -> None:
+    """Whether the area lies on the terrain.
+
+    Raises:
+        FieldError: it does not.
+    """
     west, south, east, north = mission.grid.bounds
     if not terrain.contains([(west, south), (east, north)]).all():
         reach = ", ".join(f"{part:g}" for part in terrain.bounds)

@@ -11,10 +11,11 @@ from typing import Any
 from planners.belief.merge import MERGE_RULES
 from planners.planner import PlannerKind
 from planners.registry import bind, describe
+from planners.terrain import Terrain
 from sim_vehicles.crafts import CRAFTS
 from sim_vehicles.params import Parameters
 from uavbridge.config.field_error import FieldError, KeyPath
-from uavbridge.config.ground_rules import check_ground, check_on_ground
+from uavbridge.config.ground_rules import check_covers, check_ground, check_on_ground
 from uavbridge.config.mission import Mission
 from uavbridge.config.pheromones import check_pheromones
 from uavbridge.config.radio import check_radio
@@ -44,7 +45,7 @@ def check(mission: Mission, planners: Mapping[str, PlannerKind]) -> None:
     _probabilities(mission)
     _agents(mission)
     terrain = check_ground(mission)
-    team = _team(mission)
+    team = _team(mission, terrain)
     _altitudes(mission, team)
     _starts(mission, team)
     _planes(mission, team)
@@ -100,10 +101,12 @@ def _agents(mission: Mission) -> None:
         seen.add(agent.id)
 
 
-def _team(mission: Mission) -> tuple[Member, ...]:
+def _team(mission: Mission, terrain: Terrain | None) -> tuple[Member, ...]:
     try:
         return mission.team()
     except ValueError as error:
+        if terrain is not None:
+            check_covers(mission, terrain)
         raise FieldError(("vehicles",), str(error), mission.vehicles) from None
 
 

@@ -94,9 +94,10 @@ def lattice(
     if stands is not None:
         points = points[stands(points)]
     if len(points) < count:
+        where = "" if stands is None else ", on ground no steeper than terrain.alpha_deg,"
         raise ValueError(
-            f"only {len(points)} more starts fit into the area at a spacing of {spacing_m:g} m, "
-            f"{count} are needed"
+            f"only {len(points)} more starts fit into the area{where} at a spacing of "
+            f"{spacing_m:g} m, {count} are needed"
         )
     distance = np.round(np.hypot(*(points - middle).T), 3)
     order = np.lexsort((points[:, 1], points[:, 0], distance))[:count]
