@@ -5,12 +5,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from os import PathLike
+
     from planners.planner import PlannerKind
     from uavbridge.config import Mission
     from uavbridge.report.result import MissionResult
@@ -43,6 +43,8 @@ def run(
     Raises:
         ConfigError: something in the mission, the overrides or the planner's parameters is wrong.
     """
+    from pathlib import Path
+
     from uavbridge import config, plugins
     from uavbridge.runner import launch
 

@@ -7,7 +7,7 @@ from math import inf
 import pytest
 from click.testing import CliRunner
 
-from sim_vehicles.__main__ import main
+from sim_vehicles.command_line import main
 from sim_vehicles.server import Pace, Report, serve
 from sim_vehicles.transport import Both, Traffic
 

@@ -142,7 +142,7 @@ main.add_command(compare)
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def sim(arguments: tuple[str, ...]) -> None:
     """Run the vehicle simulator alone, as `sim-vehicles` does (see `uavbridge sim --help`)."""
-    from sim_vehicles.__main__ import main as simulate
+    from sim_vehicles.command_line import main as simulate
 
     simulate(list(arguments), prog_name="uavbridge sim")
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import common as mavlink
 
-from sim_vehicles.__main__ import _MODELS
+from sim_vehicles.command_line import _MODELS
 from sim_vehicles.crafts import CRAFTS, MODEL_NAMES
 from sim_vehicles.dynamics import WindSpec
 from sim_vehicles.fleet import Fleet, VehicleSpec
