@@ -1,10 +1,13 @@
 """A mission whose bus asks everybody who they are: a real router, real certificates."""
 
+import json
+import re
 import shutil
 import subprocess
 import sys
 
 import pytest
+from websockets.sync.client import connect
 
 from tests.integration.missions import write
 from tests.integration.test_processes import PAIR, router_of, running, searching
@@ -35,8 +38,9 @@ def test_only_those_with_credentials_take_part(tmp_path):
     make(tmp_path / "strange", "pair", [1, 2])
     for folder in ("late", "strange"):  # the right router, the wrong certificate
         shutil.copy(tmp_path / "keys/agent-1/ca.pem", tmp_path / folder / "agent-1/ca.pem")
-    with running(tmp_path, "launch", mission, "--out", tmp_path / "out") as launcher:
+    with running(tmp_path, "launch", mission, "--web", "--out", tmp_path / "out") as launcher:
         router = router_of(launcher)
+        launcher.says("page http://")
         assert router.startswith("tls/")
         searching(launcher)
 
@@ -55,6 +59,14 @@ def test_only_those_with_credentials_take_part(tmp_path):
         assert refused.returncode == 1
         launcher.says("refused monitor: Put on uavbridge/pair/cmd/all")
         assert "return" not in launcher.text
+
+        page = re.search(r"page http(://\S+)", launcher.text)[1]
+        with connect(f"ws{page}feed", max_size=None) as feed:  # the launcher's page is an operator
+            assert json.loads(feed.recv(timeout=10))["planner"] == "esustpm"
+            feed.send(json.dumps({"ask": 1, "order": "pause"}))
+            told = (json.loads(text) for text in feed if isinstance(text, str))
+            answer = next(message for message in told if message["kind"] == "answer")
+            assert (answer["done"], answer["refused"]) == ([1, 2], [])
 
         obeyed = command("rtl", router, "--keys", tmp_path / "keys/operator")
         assert obeyed.returncode == 0, obeyed.stdout + obeyed.stderr

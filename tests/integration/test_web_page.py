@@ -37,10 +37,10 @@ from uavbridge.bus.wire import encode as encode_frame
 from uavbridge.bus.zenoh_bus import Router, ZenohBus
 from uavbridge.config import load, to_toml
 from uavbridge.errors import ConfigError
-from uavbridge.monitor.watch import MissionWatch
-from uavbridge.monitor.web.pages import Place, beside
-from uavbridge.monitor.web.server import LOOPBACK, application, listen
 from uavbridge.monitor.source import Live
+from uavbridge.monitor.watch import MissionWatch
+from uavbridge.monitor.web.pages import beside
+from uavbridge.monitor.web.server import LOOPBACK, application, listen
 from uavbridge.recording.reader import Recording
 from uavbridge.recording.topics import EventRecord, MissionRecord
 from uavbridge.recording.topics import encode as encode_record
@@ -578,7 +578,7 @@ def test_a_hundred_vehicles_at_five_hertz_stay_smooth(browser):
 
 def test_a_page_beside_a_launcher_ends_with_it():
     told = []
-    with Router("auto") as router, beside(router.endpoint, "demo", Place(), told.append):
+    with Router("auto") as router, beside(router.endpoint, "demo", told.append):
         answer = urlopen(told[0], timeout=10)
         assert b"<title>uavbridge</title>" in answer.read()
         answer.close()
@@ -589,6 +589,6 @@ def test_a_page_beside_a_launcher_ends_with_it():
 def test_a_page_without_a_router_is_no_page():
     with (
         pytest.raises(ConfigError, match="could not be served"),
-        beside("tcp/127.0.0.1:1", "demo", Place(), print),
+        beside("tcp/127.0.0.1:1", "demo", print),
     ):
         pass

@@ -16,7 +16,7 @@ from uavbridge.monitor.replayed import Player
 from uavbridge.monitor.watch import MissionWatch
 
 SILENT_S = 3.0
-ANSWER_S = 3.0
+ANSWER_S = 5.0
 
 
 class Source(Protocol):

@@ -12,13 +12,14 @@ import msgspec
 from rich.console import Console
 
 from planners.planner import PlannerKind
+from uavbridge.bus.security import OPERATOR
 from uavbridge.clock import SECOND_US, STEPPED_DATE, to_us, wall_date, wall_s
 from uavbridge.config import Mission, to_toml
 from uavbridge.config.radio import radio_of
 from uavbridge.errors import ConfigError, UavbridgeError
 from uavbridge.monitor.progress import ProgressView
 from uavbridge.monitor.steady import SteadyConsole
-from uavbridge.monitor.web.pages import Place, beside, check_extra
+from uavbridge.monitor.web.pages import beside, check_extra
 from uavbridge.recording.display import Display
 from uavbridge.recording.parts import Rotation
 from uavbridge.recording.recorder import Recorder
@@ -191,8 +192,9 @@ def _page(mission: Mission, console: Console) -> Aside:
     if mission.clock == "stepped":
         raise ConfigError("--web: a stepped mission is over at once; watch its recording instead")
     check_extra()
+    identity = assemble.identity_of(mission, OPERATOR)
     return lambda router: beside(
-        router, mission.name, Place(), lambda address: console.print(f"page {address}")
+        router, mission.name, lambda address: console.print(f"page {address}"), identity
     )
 
 

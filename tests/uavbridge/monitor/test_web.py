@@ -24,10 +24,10 @@ from uavbridge.config import load, to_toml
 from uavbridge.errors import ConfigError
 from uavbridge.monitor.groups import Membership, membership
 from uavbridge.monitor.replayed import Player
+from uavbridge.monitor.source import Live
 from uavbridge.monitor.web.feed import Feed
 from uavbridge.monitor.web.guard import Guard, is_loopback
 from uavbridge.monitor.web.server import listen
-from uavbridge.monitor.source import Live
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import MissionRecord
 from uavbridge.recording.topics import encode as encode_record

@@ -6,23 +6,23 @@ Imports neither starlette nor uvicorn before one is served, so that who lacks th
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import Path
 
 from uavbridge.bus.security import Identity
 from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.errors import ConfigError
 from uavbridge.monitor.replayed import Player
 from uavbridge.monitor.source import Live, Recorded, Source
+from uavbridge.runner.child import end, spawn
 
 LOOPBACK = "127.0.0.1"
 TOKEN = "UAVBRIDGE_TOKEN"  # environment: unlike arguments, not for everybody to read
-PATIENCE_S = 3.0
 _NEEDED = ("starlette", "uvicorn", "websockets")
 
 
@@ -73,53 +73,39 @@ def serve_recording(player: Player, place: Place, ready: Callable[[str], None]) 
 
 
 @contextmanager
-def beside(router: str, mission: str, place: Place, ready: Callable[[str], None]) -> Iterator[None]:
-    """Serve a mission's page from a process of its own, as long as the context lasts.
+def beside(
+    router: str, mission: str, ready: Callable[[str], None], identity: Identity | None = None
+) -> Iterator[None]:
+    """Serve a mission's page on loopback from a process of its own, as long as the context lasts.
 
     A page with many vehicles takes time that the launcher's control loop must not lack.
+
+    Args:
+        router: its endpoint.
+        mission: its name.
+        ready: is told the page's address.
+        identity: of the page's session, where the router asks for one.
 
     Raises:
         ConfigError: the page cannot be served; the process has told why on standard error.
     """
     check_extra()
-    environment = {**os.environ, **({TOKEN: place.token} if place.token else {})}
-    process = subprocess.Popen(
-        [
-            sys.executable,
-            "-m",
-            "uavbridge.monitor.web",
-            router,
-            mission,
-            place.host,
-            str(place.port),
-        ],
-        stdin=subprocess.PIPE,  # its end is the end of the page
-        stdout=subprocess.PIPE,
-        text=True,
-        env=environment,
-        start_new_session=True,  # Ctrl-C is for the launcher to act on
-    )
-    assert process.stdin is not None
+    who = [] if identity is None else [str(identity.folder)]
+    process = spawn(["uavbridge.monitor.web", router, mission, *who])
     assert process.stdout is not None
     try:
-        address = process.stdout.readline().strip()
+        address = process.stdout.readline().decode().strip()
         if not address:
             raise ConfigError("--web: the page could not be served")
         ready(address)
         yield
     finally:
-        process.stdin.close()
-        try:
-            process.wait(PATIENCE_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-        process.stdout.close()
+        end(process)
 
 
 def child(arguments: list[str]) -> None:
     """The process behind ``beside``: prints the address, ends when standard input does."""
-    router, mission, host, port = arguments
+    router, mission, *who = arguments
     ended = threading.Event()
 
     def watch() -> None:
@@ -127,8 +113,9 @@ def child(arguments: list[str]) -> None:
         ended.set()
 
     threading.Thread(target=watch, daemon=True).start()
-    place = Place(host, int(port), os.environ.get(TOKEN))
-    serve_live(router, mission, place, _tell, ended.is_set)
+    place = Place(token=os.environ.get(TOKEN))
+    identity = Identity(Path(who[0])) if who else None
+    serve_live(router, mission, place, _tell, ended.is_set, identity=identity)
 
 
 def _tell(address: str) -> None:
