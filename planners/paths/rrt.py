@@ -32,7 +32,7 @@ class RrtRules:
 
     step_m: float = 50.0  # length of an extension
     clearance_m: float = 20.0  # least height above ground
-    ceiling_m: float = math.inf  # largest height; the terrain's top and a step, when infinite
+    ceiling_m: float = math.inf  # largest height; inf: a step over top and ends
     climb_rad: float = math.pi / 2.0  # largest slope of a leg
     goal_bias: float = 0.0  # share of samples that are the goal; none in the paper
     nodes: int = 4000  # samples before it gives up
@@ -69,10 +69,10 @@ def plan(
         ValueError: start or goal cannot be flown at, or the rules make no sense.
     """
     here, there = _point(start, "start"), _point(goal, "goal")
-    space = _Space(terrain, rules)
+    space = _Space(terrain, rules, max(here[2], there[2]))
     for name, point in (("start", here), ("goal", there)):
         if not space.free(point, point):
-            raise ValueError(f"rrt: the {name} {point} is not in free space")
+            raise ValueError(f"rrt: the {name} {point} {space.fault(point)}")
     if space.free(here, there):
         line = np.stack((here, there))
         return RrtPath(line, line, 0, here[None], np.array([-1]))
@@ -100,7 +100,7 @@ def skipped(terrain: Terrain, points: _F64, rules: RrtRules) -> _F64:
     """The polyline (k, 3) with the nodes left out that need not be flown to (section 3.2)."""
     if rules.smoothing == "none":
         return points
-    space = _Space(terrain, rules)
+    space = _Space(terrain, rules, float(points[:, 2].max()))
     kept, at, last = [0], 0, len(points) - 1
     while at < last:
         ahead = points[at + 1 :]
@@ -133,12 +133,9 @@ def path_length(points: _F64) -> float:
 class _Space:
     """Where a leg may lie."""
 
-    def __init__(self, terrain: Terrain, rules: RrtRules) -> None:
-        if not rules.step_m > 0.0:
-            raise ValueError(f"rrt: step_m must be positive, not {rules.step_m}")
-        if rules.smoothing not in ("farthest", "printed", "none"):
-            raise ValueError(f"rrt: no smoothing {rules.smoothing!r}")
-        top = float(terrain.heights.max()) + rules.clearance_m + rules.step_m
+    def __init__(self, terrain: Terrain, rules: RrtRules, highest: float) -> None:
+        _check(rules)
+        top = max(float(terrain.heights.max()) + rules.clearance_m + rules.step_m, highest)
         self._terrain, self._rules = terrain, rules
         self._ceiling = (
             min(rules.ceiling_m, top) if math.isinf(rules.ceiling_m) else rules.ceiling_m
@@ -150,6 +147,15 @@ class _Space:
 
     def draw(self, rng: Generator) -> _F64:
         return rng.uniform(self._low, self._high)
+
+    def fault(self, point: _F64) -> str:
+        """Why a point cannot be flown at, as the end of a sentence."""
+        if (point[:2] < self._low[:2] - 1e-9).any() or (point[:2] > self._high[:2] + 1e-9).any():
+            return "lies outside the terrain"
+        if point[2] > self._ceiling + 1e-9:
+            return f"lies above the ceiling of {self._ceiling:g} m"
+        height = float(point[2] - self._terrain.height_at(point))
+        return f"is {height:g} m above ground, {self._rules.clearance_m:g} m are the least"
 
     def free(self, start: _F64, end: _F64) -> bool:
         return bool(self.free_all(start, end[None])[0])
@@ -191,6 +197,21 @@ class _Tree:
             order.append(node)
             node = int(self.parents[node])
         return self.points[order[::-1]].copy()
+
+
+def _check(rules: RrtRules) -> None:
+    for name, sound, wanted in (
+        ("step_m", 0.0 < rules.step_m < math.inf, "positive"),
+        ("clearance_m", 0.0 <= rules.clearance_m < math.inf, "zero or more"),
+        ("ceiling_m", not math.isnan(rules.ceiling_m), "a number"),
+        ("climb_rad", rules.climb_rad > 0.0, "positive"),
+        ("goal_bias", 0.0 <= rules.goal_bias <= 1.0, "from 0 to 1"),
+        ("nodes", rules.nodes >= 0, "zero or more"),
+    ):
+        if not sound:
+            raise ValueError(f"rrt: {name} must be {wanted}, not {getattr(rules, name)}")
+    if rules.smoothing not in ("farthest", "printed", "none"):
+        raise ValueError(f"rrt: no smoothing {rules.smoothing!r}")
 
 
 def _point(value: npt.ArrayLike, name: str) -> _F64:

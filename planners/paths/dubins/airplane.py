@@ -13,9 +13,9 @@ the climb needs:
 
 Medium and high paths climb at gamma_max and are H long, which is the least possible, so that any
 form that has this length will do. Where the paper's form has none (start and end closer than
-about 4 R_min), the arc is tried with the other turn and at the other end, then a larger radius; if
-no form has this length, the shortest longer path found is flown at a smaller climb angle. Every
-path is flown forwards before it is returned.
+about 4 R_min), the arc is tried with the other turn and at the other end, then a larger radius,
+then all of them with a helix turn less; if no form has this length, the shortest longer path
+found is flown at a smaller climb angle. Every path is flown forwards before it is returned.
 """
 
 from __future__ import annotations
@@ -116,15 +116,18 @@ def airplane_lengths(start: F64, end: F64, r_min: float, gamma_max: float) -> F6
 
 def _stretched(ends: Ends, car: CarPath, wanted: float, turns: int, *, rising: bool) -> Stretched:
     """A path ``wanted`` m long seen from above, or the shortest longer one."""
-    forms = list(_forms(ends, car, wanted, turns, rising=rising))
-    second: Stretched | None = None
-    for form in forms:
-        path, shortest = exact(ends, form, wanted)
-        if path is not None and shortest:  # an arc, then a car's shortest path: the paper's form
-            return path
-        second = second or path
-    if second is not None:
-        return second
+    forms: list[Form] = []
+    for whole in range(turns, max(turns - 2, -1), -1):
+        tier = list(_forms(ends, car, wanted, whole, rising=rising))
+        forms += tier
+        second: Stretched | None = None
+        for form in tier:
+            path, shortest = exact(ends, form, wanted)
+            if path is not None and shortest:  # an arc, then a car's shortest path, as printed
+                return path
+            second = second or path
+        if second is not None:
+            return second
     more = Form("radius", 0, turns + 1, ends.r_min, last=not rising)
     found = [path for form in (*forms, more) for path in longer(ends, form, wanted)]
     if not found:

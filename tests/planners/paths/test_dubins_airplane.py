@@ -52,7 +52,8 @@ def test_the_case_is_by_the_climb_and_the_car(start, end, radius):
         assert path.case == "medium"
     elif needed > car.length + math.tau * radius + 1e-6:
         assert path.case == "high"
-        assert path.turns >= 1
+        climb_alone = abs(end[2] - start[2]) / math.sin(CLIMB)
+        assert path.turns >= 1 or path.length == pytest.approx(climb_alone)
 
 
 @settings(max_examples=40, deadline=None)
@@ -110,6 +111,21 @@ def test_where_no_path_is_as_long_as_the_climb_wants_a_longer_one_is_flown():
     assert arrives(path, end)
     assert path.gamma < CLIMB - 0.01
     assert path.length > 40.0
+
+
+@pytest.mark.parametrize(
+    ("psi", "end"),
+    [
+        (2.6383, (-40.2577, 4.7464, -217.7917, 3.3145)),
+        (0.5218, (5.9529, 81.4339, -222.0882, 1.6986)),
+        (-3.2553, (-76.2411, 1.1070, 237.2917, -2.2880)),
+    ],
+)
+def test_close_together_where_no_whole_turn_fits_there_is_none(psi, end):
+    path = airplane((0.0, 0.0, 0.0, psi), end, 40.0, CLIMB)
+    assert path.case == "high"
+    assert arrives(path, end)
+    assert path.length == pytest.approx(abs(end[2]) / math.sin(CLIMB))
 
 
 @pytest.mark.parametrize("dz", [0.5, 30.0, 144.0, 145.0, 146.0, 700.0, -700.0])

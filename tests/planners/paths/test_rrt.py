@@ -45,13 +45,29 @@ def test_a_line_straight_down_and_a_point():
     assert path_gap(ground, np.array([[1.0, 1.0, 9.0]])) == pytest.approx(5.0)
 
 
-@pytest.mark.parametrize("cell", [10.0, 2.0])
-def test_a_wall_of_one_lattice_line_is_never_crossed(cell):
+@settings(max_examples=12, deadline=None)
+@given(
+    st.sampled_from([2.0, 10.0, 40.0]),
+    st.sampled_from([15.0, 90.0, 1000.0]),
+    st.booleans(),
+    st.integers(0, 1000),
+)
+def test_a_wall_of_one_lattice_line_is_never_crossed(cell, step, diagonal, seed):
     wall = walled(cell)
-    start, goal = (50.0, 200.0, 50.0), (350.0, 200.0, 50.0)
-    for seed in range(2):
-        rules = replace(RULES, step_m=200.0, nodes=400)
-        assert rrt.plan(wall, start, goal, rules, np.random.default_rng(seed)) is None
+    start, goal = (50.0, 210.0, 50.0), (350.0, 190.0, 50.0)
+    if diagonal:
+        wall = replace(wall, heights=np.fliplr(np.eye(len(wall.heights))) * 400.0)
+        start, goal = (60.0, 60.0, 50.0), (350.0, 340.0, 50.0)
+    rules = replace(RULES, step_m=step, nodes=100)
+    assert rrt.plan(wall, start, goal, rules, np.random.default_rng(seed)) is None
+
+
+def test_without_a_ceiling_the_ends_may_be_high():
+    ground = Terrain(0.0, 0.0, 100.0, np.zeros((3, 3)))
+    rules = replace(RULES, ceiling_m=math.inf)
+    ends = (1.0, 1.0, 900.0), (150.0, 150.0, 20.0)
+    path = rrt.plan(ground, *ends, rules, np.random.default_rng(0))
+    assert np.allclose(path.points, ends)
 
 
 @pytest.mark.parametrize("smoothing", ["farthest", "printed", "none"])
@@ -126,12 +142,16 @@ def test_in_sight_it_is_a_straight_line():
 @pytest.mark.parametrize(
     ("start", "rules", "words"),
     [
-        ((1.0, 1.0, 5.0), RULES, "start"),
-        ((1.0, 1.0, 500.0), RULES, "start"),
-        ((-1.0, 1.0, 50.0), RULES, "start"),
+        ((1.0, 1.0, 5.0), RULES, "start .* 5 m above ground, 10 m are the least"),
+        ((1.0, 1.0, 500.0), RULES, "start .* above the ceiling of 150 m"),
+        ((-1.0, 1.0, 50.0), RULES, "start .* outside the terrain"),
         ((1.0, 1.0), RULES, "start"),
         ((1.0, 1.0, 50.0), replace(RULES, step_m=0.0), "step_m"),
         ((1.0, 1.0, 50.0), replace(RULES, smoothing="some"), "smoothing"),
+        ((1.0, 1.0, 50.0), replace(RULES, clearance_m=math.nan), "clearance_m"),
+        ((1.0, 1.0, 50.0), replace(RULES, climb_rad=0.0), "climb_rad"),
+        ((1.0, 1.0, 50.0), replace(RULES, goal_bias=1.5), "goal_bias"),
+        ((1.0, 1.0, 50.0), replace(RULES, ceiling_m=math.nan), "ceiling_m"),
     ],
 )
 def test_what_makes_no_sense(start, rules, words):
