@@ -123,7 +123,7 @@ class View:
     answers: tuple[Answer, ...] = ()
     signals: tuple[Signal, ...] = ()  # own, since the last tick
     terrain: Terrain | None = None  # ground in sensing range; None: not known, taken as level
-    obstacles: F64 = field(default_factory=_no_columns)  # (k, 3) x, y, radius m: columns in sight
+    obstacles: F64 = field(default_factory=_no_columns)  # (k, 3) x, y, radius m: seen so far
 
 
 @dataclass(frozen=True, slots=True, eq=False)

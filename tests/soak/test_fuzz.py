@@ -78,7 +78,7 @@ def test_messages_of_the_bus():
     mutate, rejects, read = Mutator(frames(), 1), Counter(), Counter()
     decoders = (
         wire.decode, wire.decode_beacon, messages.decode_readings, messages.decode_truth,
-        messages.decode_map, messages.decode_signals,
+        messages.decode_map, messages.decode_signals, messages.decode_obstacles,
     )  # fmt: skip
 
     def step():

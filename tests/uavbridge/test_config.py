@@ -78,6 +78,19 @@ def test_agents_do_not_see_targets() -> None:
     assert config.parse(text) == told
 
 
+def test_agents_do_not_see_columns_that_they_are_to_find() -> None:
+    row = "[[obstacles]]\nposition = [50, 60]\nradius_m = 5\nknown = {}\n"
+    mission = small(row.format("false") + row.format("true"))
+    assert [each.known for each in mission.for_agents().obstacles] == [True]
+
+
+def test_who_sees_columns_too_late_to_stop_is_refused() -> None:
+    row = "[[obstacles]]\nposition = [50, 60]\nradius_m = 5\n"
+    with pytest.raises(ConfigError, match=r"sensor\.sight_m.*48 m"):
+        small("[sensor]\nsight_m = 40\n" + row)
+    small("[sensor]\nsight_m = 40\n" + row + "known = true\n")
+
+
 def test_toml_round_trip() -> None:
     mission = small(
         '[radio]\nrange_m = inf\n[bus]\nrouter = "tcp/[::1]:7447"\n'

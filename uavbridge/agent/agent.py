@@ -77,6 +77,8 @@ class Agent:
         for reading in inputs.readings:
             self.mapping.observe(reading)
             self._sensed.readings.append(reading)
+        if inputs.obstacles and self.mapping.obstacles.learn(inputs.obstacles):
+            self.flight.keep_off(self.mapping.obstacles.kept_off())
         self._sensed.answers.extend(inputs.answers)
         for signal in inputs.signals:
             self._sensed.signals.append(signal)
@@ -181,7 +183,7 @@ def view_of(
         answers=tuple(sensed.answers),
         signals=tuple(sensed.signals),
         terrain=None if terrain is None else terrain.around(position, plan.sensing_m),
-        obstacles=plan.in_sight(position),
+        obstacles=mapping.obstacles.columns,
     )
 
 

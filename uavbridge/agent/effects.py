@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 from planners.types import F64, Goal, Reading, Signal
 from planners.types import Answer as Told
 from uavbridge.agent.orders import Ack, Order
+from uavbridge.bus.messages import Obstacle
 from uavbridge.bus.wire import Beacon, Frame
 from uavbridge.vehicle.api import Command, VehicleEvent, VehicleState
 
@@ -26,6 +27,7 @@ class Inputs:
     beacons: tuple[Beacon, ...] = ()  # heard on the separation beacon, by sender
     readings: tuple[Reading, ...] = ()
     signals: tuple[Signal, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()  # in sight of the own detector
     answers: tuple[Told, ...] = ()  # to what the planner asked
     orders: tuple[Order, ...] = ()
     late_s: float = 0.0  # how much later than ``t_us`` this step is really made
@@ -71,7 +73,8 @@ class Answer:
 class Decided:
     """The planner decided: what it had of the own state, what it wants, what it remembers.
 
-    With the frames, readings and signals that reached the agent before, enough to decide again.
+    With the frames, readings, signals and obstacles that reached the agent before, enough to
+    decide again.
     """
 
     tick: int

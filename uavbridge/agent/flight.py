@@ -68,6 +68,7 @@ class Flight:
         self.phase = Phase.CONNECT
         self.course = _course(plan)
         self._way = plan.envelope  # on the way from home and back
+        self._known = plan.envelope.columns  # before the mission
         self.distance_m = 0.0
         self.failure = ""
         self.limited_by: tuple[str, ...] = ()
@@ -119,6 +120,12 @@ class Flight:
             self._enter(Phase.ALOFT, t_us)
         else:
             self._obey(Order(Verb.RETURN), state, t_us)
+
+    def keep_off(self, columns: tuple[tuple[float, float, float], ...]) -> None:
+        """Stay out of columns that were seen, x, y and radius in m: all of them, each time."""
+        envelope = replace(self.plan.envelope, columns=self._known + columns)
+        self.plan = replace(self.plan, envelope=envelope)
+        self._way = replace(self._way, columns=envelope.columns)
 
     def come_home(self, why: str, t_us: int) -> None:
         """Give up the search for a fault; the effect of it shows in the next ``step``."""

@@ -13,6 +13,7 @@ import numpy as np
 from planners.belief.merge import BeliefMap, Records
 from planners.types import I64, Reading
 from uavbridge.agent.catching_up import CatchingUp
+from uavbridge.agent.obstacles import Sighted
 from uavbridge.agent.outbox import Outbox
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.bus.wire import Frame, Probe
@@ -35,6 +36,7 @@ class Mapping:
         self._grid = plan.scenario.grid
         self.belief: BeliefMap = plan.rule.empty(self._grid, plan.prior, plan.sensor)
         self.declared: dict[int, int] = {}  # flat cell -> t_us of its declaration
+        self.obstacles = Sighted()
         self.unreadable = 0  # frames of another merge rule, records that make no sense
         self._outbox = Outbox(plan.rule)
         self._catching_up = CatchingUp(plan.agent, plan.rule, self._grid.size, self._outbox)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import inf, radians
-
-import numpy as np
 
 from planners.belief.merge import MergeRule, SensorModel
 from planners.planner import Planner
@@ -36,7 +34,6 @@ class AgentPlan:
     drives: bool = False  # its vehicle stays on the ground
     climb_rad: float = radians(30.0)  # steepest slope that such a vehicle drives up
     sensing_m: float = 100.0  # how far around its vehicle the planner knows the terrain
-    columns: F64 = field(default_factory=lambda: np.zeros((0, 3)))  # no-fly, x, y, radius in m
     mission_mark: int = 0  # in every frame
     frame_bytes: float = inf  # the most that a frame may have, but for the planner's payload
     keyframe_s: float = inf  # time between two frames that tell all that is known
@@ -48,11 +45,6 @@ class AgentPlan:
     ready_timeout_s: float = 60.0  # to be heard, and then to be ready and armed
     retry_s: float = 2.0  # between two tries of what must be done
     silence_s: float = 5.0  # after which a vehicle counts as lost
-
-    def in_sight(self, position: F64) -> F64:
-        """The no-fly columns (k, 3) within ``sensing_m`` of a position (3,)."""
-        apart = np.hypot(self.columns[:, 0] - position[0], self.columns[:, 1] - position[1])
-        return np.asarray(self.columns[apart - self.columns[:, 2] <= self.sensing_m])
 
     @property
     def low_height_m(self) -> float:

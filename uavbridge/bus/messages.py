@@ -1,4 +1,4 @@
-"""Wire format v1 of what is not radio traffic: whole maps, readings, signals, the truth.
+"""Wire format v1 of what is no radio traffic: whole maps, what is sensed, the truth.
 
 Same header and same manners as ``uavbridge.bus.wire``: malformed decodes to
 None, counted. Described in docs/reference/wire_format.md.
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from math import isfinite
 from struct import Struct, error
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -28,12 +29,14 @@ from uavbridge.bus.wire import (
 )
 
 CELL_COUNT_LIMIT = 1 << 24
+RADIUS_LIMIT_M = 1e4  # of an obstacle, and of the room to it
 NEVER = -1  # stamp of a cell that nobody saw
 
 _FULL_MAP = Struct("<2sBBIqII3d")
 _READINGS = Struct("<2sBBIq")
 _READING = Struct("<HHB")
 _SIGNAL = Struct("<HfB")
+_OBSTACLE = Struct("<H4d")
 _TRUTH = Struct("<2sBBIq")
 
 
@@ -74,6 +77,24 @@ class Signals:
 
     t_us: int
     heard: tuple[tuple[int, float, bool], ...]  # strengths are float32 on the wire
+
+
+class Obstacle(NamedTuple):
+    """A column, from the ground up, that nobody may fly through."""
+
+    number: int  # which; what is told of it later takes the place of this
+    x: float  # of its axis, ENU m
+    y: float
+    radius_m: float
+    room_m: float  # to be kept to it
+
+
+@dataclass(frozen=True, slots=True)
+class Obstacles:
+    """What a detector saw at one time of the obstacles around its vehicle."""
+
+    t_us: int
+    seen: tuple[Obstacle, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,6 +160,20 @@ def encode_signals(signals: Signals) -> bytes:
 def decode_signals(data: bytes, rejects: Counter[str] | None = None) -> Signals | None:
     """The signals in ``data``; None, and its reason counted, when malformed."""
     return accepted(_signals, data, rejects)
+
+
+def encode_obstacles(obstacles: Obstacles) -> bytes:
+    """The bytes of obstacles seen. Raises ValueError when a number does not fit its field."""
+    head = _packed(_READINGS, Kind.OBSTACLES, len(obstacles.seen), obstacles.t_us)
+    try:
+        return head + b"".join(_OBSTACLE.pack(*one) for one in obstacles.seen)
+    except error as fault:
+        raise ValueError(f"obstacle: {fault}") from None
+
+
+def decode_obstacles(data: bytes, rejects: Counter[str] | None = None) -> Obstacles | None:
+    """The obstacles in ``data``; None, and its reason counted, when malformed."""
+    return accepted(_obstacles, data, rejects)
 
 
 def encode_truth(truth: Truth) -> bytes:
@@ -209,6 +244,20 @@ def _signals(data: bytes) -> Signals:
     if any(arrived > 1 or not isfinite(strength) for _, strength, arrived in heard):
         raise MalformedError("value")
     return Signals(t_us, tuple((t, strength, bool(arrived)) for t, strength, arrived in heard))
+
+
+def _obstacles(data: bytes) -> Obstacles:
+    check_head(data, _READINGS.size, (Kind.OBSTACLES,))
+    _, _, _, count, t_us = _READINGS.unpack_from(data)
+    check_length(data, _READINGS.size + count * _OBSTACLE.size)
+    check_time(t_us)
+    seen = tuple(Obstacle(*row) for row in _OBSTACLE.iter_unpack(data[_READINGS.size :]))
+    if not all(max(abs(one.x), abs(one.y)) <= POSITION_LIMIT_M for one in seen):
+        raise MalformedError("position")
+    sizes = [size for one in seen for size in (one.radius_m, one.room_m)]
+    if not all(0.0 <= size <= RADIUS_LIMIT_M for size in sizes):
+        raise MalformedError("value")
+    return Obstacles(t_us, seen)
 
 
 @lru_cache(maxsize=4)  # in one process the radio and the judge read the same bytes

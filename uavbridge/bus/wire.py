@@ -51,6 +51,7 @@ class Kind(IntEnum):
     SIGNALS = 7
     LAYER = 8
     PLACE = 9
+    OBSTACLES = 10
 
 
 DELTA, KEYFRAME = Kind.DELTA, Kind.KEYFRAME

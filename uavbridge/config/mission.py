@@ -222,8 +222,9 @@ class Mission(Table, frozen=True):
         )
 
     def for_agents(self) -> Mission:
-        """The mission as an agent may know it: without the targets."""
-        return msgspec.structs.replace(self, targets=())
+        """The mission as an agent may know it: without targets, and columns yet to be seen."""
+        known = tuple(each for each in self.obstacles if each.known)
+        return msgspec.structs.replace(self, targets=(), obstacles=known)
 
     def plain(self) -> dict[str, Any]:
         """As dicts, lists and scalars, without what is None, as a TOML file would hold it."""

@@ -11,6 +11,7 @@ from planners.pheromone.keeper import Box, KeeperLaw
 from planners.pheromone.law import FieldLaw, PathLaw, SpreadLaw
 from uavbridge.config.field_error import FieldError, KeyPath
 from uavbridge.config.tables import Point, Table
+from uavbridge.safety.envelope import Braking
 
 if TYPE_CHECKING:
     from uavbridge.config.mission import Mission
@@ -26,7 +27,7 @@ class Obstacle(Table, frozen=True):
     radius_m: Annotated[float, Meta(gt=0.0, le=1e4, description="of the column")]
     clearance_m: Annotated[float, Meta(ge=0.0, le=1e3, description="room kept to it")] = 3.0
     known: Annotated[
-        bool, Meta(description="planners know it before; else they see it from sensing_m away")
+        bool, Meta(description="agents know it before; else they see it, from sensor.sight_m away")
     ] = False
 
 
@@ -157,6 +158,11 @@ def _obstacles(mission: Mission) -> None:
     if mission.obstacles and any(member.kind == "plane" for member in team):
         what = "are kept by vehicles that can stop; there are planes in the team"
         raise FieldError(("obstacles",), what, len(mission.obstacles))
+    braking, speed_m_s = Braking(), mission.safety.speed_m_s
+    stop_m, sight_m = braking.stopping(speed_m_s), mission.sensor.sight_m
+    if any(not each.known for each in mission.obstacles) and sight_m < stop_m:
+        what = f"is less than the way to a stop from safety.speed_m_s, {stop_m:.0f} m"
+        raise FieldError(("sensor", "sight_m"), what, sight_m)
     for index, obstacle in enumerate(mission.obstacles):
         x, y = obstacle.position
         for member in team:

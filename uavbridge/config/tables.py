@@ -106,6 +106,10 @@ class Sensor(Table, frozen=True):
         float,
         Meta(ge=0.0, le=1e4, description="cells so near to the vehicle's own are read with it"),
     ] = 0.0
+    sight_m: Annotated[
+        float,
+        Meta(gt=0.0, le=1e5, description="how far obstacles that are not known before are seen"),
+    ] = 100.0
     simulated: Annotated[
         bool,
         Meta(

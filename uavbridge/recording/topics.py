@@ -71,6 +71,17 @@ class SignalRecord(Struct, frozen=True):
     taken_us: int  # mission time of the signal; the message's time is when the agent had it
 
 
+class ObstacleRecord(Struct, frozen=True):
+    """A column that one agent's detector saw."""
+
+    number: int
+    x: float
+    y: float
+    radius_m: float
+    room_m: float
+    taken_us: int  # mission time of the look; the message's time is when the agent had it
+
+
 class AnswerRecord(Struct, frozen=True):
     """What came back for an earlier question of the planner."""
 
@@ -158,6 +169,7 @@ TOPICS: dict[str, Topic] = {
         ),
         Topic("obs", "json", ReadingRecord),
         Topic("signal", "json", SignalRecord),
+        Topic("obstacle", "json", ObstacleRecord),
         Topic("answer", "json", AnswerRecord),
         Topic("setpoint", "json", SetpointRecord),
         Topic("state", "json", AgentReport),

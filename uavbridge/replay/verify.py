@@ -24,6 +24,7 @@ from uavbridge.agent.effects import Decided
 from uavbridge.agent.hearing import Hearing
 from uavbridge.agent.mapping import Mapping
 from uavbridge.agent.plan import AgentPlan
+from uavbridge.bus.messages import Obstacle
 from uavbridge.bus.wire import Frame, decode
 from uavbridge.clock import to_s, to_us
 from uavbridge.errors import ConfigError, UavbridgeError
@@ -33,6 +34,7 @@ from uavbridge.recording.reader import Message
 from uavbridge.recording.topics import (
     AnswerRecord,
     DecisionRecord,
+    ObstacleRecord,
     ReadingRecord,
     SignalRecord,
     unpack_heard,
@@ -160,6 +162,10 @@ def _take(
         heard = decode_record(SignalRecord, message.data)
         signal = Signal(heard.taken_us, heard.target, heard.strength, heard.arrived)
         minds[int(name)].sensed.signals.append(signal)
+    elif space == "obstacle":
+        seen = decode_record(ObstacleRecord, message.data)
+        column = Obstacle(seen.number, seen.x, seen.y, seen.radius_m, seen.room_m)
+        minds[int(name)].mapping.obstacles.learn([column])
     elif space == "answer":
         told = decode_record(AnswerRecord, message.data)
         answer = Answer(told.key, b64decode(told.data), told.age_s)

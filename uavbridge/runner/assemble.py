@@ -17,10 +17,12 @@ from planners.types import F64
 from sim_vehicles.dynamics.wind import WindSpec
 from sim_vehicles.fleet import Fleet, VehicleSpec
 from sim_vehicles.geodesy import Geodetic
+from sim_vehicles.world.obstacles import ObstacleDetector
 from sim_vehicles.world.payload import CellSensor, CellSensorSpec
 from sim_vehicles.world.signals import ReceiverSpec, SignalReceiver
 from uavbridge import plugins
 from uavbridge.agent.plan import SIMULATED, AgentPlan, return_heights
+from uavbridge.bus.messages import Obstacle
 from uavbridge.bus.screening import OLD_S, Bounds
 from uavbridge.bus.security import Identity
 from uavbridge.bus.tiles import Tiling
@@ -155,7 +157,6 @@ def agent_plans(mission: Mission, planner: Planner) -> list[AgentPlan]:
             drives=member.kind == "rover",
             climb_rad=ground.beta_rad,
             sensing_m=ground.sensing_m,
-            columns=mission.columns(known=False),
             mission_mark=mission_mark(mission),
             frame_bytes=_frame_bytes(mission),
             keyframe_s=mission.radio.keyframe_s,
@@ -239,6 +240,21 @@ def receiver_of(mission: Mission, agents: tuple[int, ...]) -> SignalReceiver | N
     )
     generators = [stream(mission.seed, "signal", agent) for agent in agents]
     return SignalReceiver(_targets(mission), mission.terrain(), spec, generators)
+
+
+def detector_of(mission: Mission, agents: tuple[int, ...]) -> ObstacleDetector | None:
+    """The obstacle detectors of some agents; None where all columns are known before."""
+    hidden = mission.columns(known=False)
+    return ObstacleDetector(hidden, mission.sensor.sight_m, len(agents)) if len(hidden) else None
+
+
+def hidden_of(mission: Mission) -> list[Obstacle]:
+    """The columns in the order of the detectors, as they are told of."""
+    hidden = [each for each in mission.obstacles if not each.known]
+    return [
+        Obstacle(number, *each.position, each.radius_m, each.clearance_m)
+        for number, each in enumerate(hidden)
+    ]
 
 
 def _targets(mission: Mission) -> F64:

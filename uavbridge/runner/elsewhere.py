@@ -12,8 +12,6 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-import msgspec
-
 from planners.planner import Planner
 from uavbridge.bus.security import Identity
 from uavbridge.bus.wire import Frame, decode
@@ -238,7 +236,7 @@ def _compare(mission: Mission, told: Briefing) -> None:
 
 
 def _shared(mission: Mission) -> dict[str, object]:
-    plain = msgspec.structs.replace(mission, targets=()).plain()
+    plain = mission.for_agents().plain()
     flat: dict[str, object] = {}
     for key, value in plain.items():
         if key in _OWN:

@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from planners.types import Answer as Told
-from planners.types import Reading, Signal
 from uavbridge.agent.agent import Agent
 from uavbridge.agent.effects import Answer, Decided, Do, Effect, Inputs, Publish, Shine
 from uavbridge.agent.orders import Order, Verb, encode_ack
@@ -25,8 +24,8 @@ from uavbridge.agent.telling import whole_frame
 from uavbridge.bus import keys
 from uavbridge.bus.air import Air, SafetyBeacons
 from uavbridge.bus.api import Bus, Mailbox
-from uavbridge.bus.messages import FullMap, decode_readings, decode_signals, encode_map
-from uavbridge.bus.wire import Kind, Vector, kind_of, sender_and_tick
+from uavbridge.bus.messages import FullMap, encode_map
+from uavbridge.bus.wire import Vector, sender_and_tick
 from uavbridge.bus.wire import encode as encode_frame
 from uavbridge.clock import SECOND_US, to_s
 from uavbridge.place.service import Service
@@ -35,13 +34,12 @@ from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import (
     AnswerRecord,
     EventRecord,
-    ReadingRecord,
     SetpointRecord,
-    SignalRecord,
     pack_heard,
 )
 from uavbridge.recording.topics import encode as encode_record
 from uavbridge.report.result import Event
+from uavbridge.runner.sensing import observed
 from uavbridge.vehicle.api import SetVelocity, Vehicle, VehicleState
 
 SETPOINT_RECORD_US = 500_000  # all of them are in the .tlog; these show what the filter left
@@ -169,15 +167,18 @@ class AgentHost:
             to_all += (Order(Verb.RETURN),)
         for seat, state, happened in zip(self.seats, states, events, strict=True):
             agent = seat.agent.plan.agent
-            readings, signals = self._sensed(seat, t_us)
+            seen = observed(seat.obs.drain(), self.rejects)
+            if self._recorder:
+                seen.write(self._recorder, agent, t_us)
             inputs = Inputs(
                 t_us=t_us,
                 state=state,
                 events=happened,
                 frames=tuple(frames.get(agent, ())),
                 beacons=tuple(beacons.get(agent, ())),
-                readings=readings,
-                signals=signals,
+                readings=tuple(seen.readings),
+                signals=tuple(seen.signals),
+                obstacles=tuple(one for _, one in seen.obstacles),
                 answers=self._answered(agent, t_us, answers.get(agent, [])),
                 orders=to_all + _orders([sample.data for sample in seat.cmd.drain()], self.rejects),
                 late_s=late_s,
@@ -203,33 +204,6 @@ class AgentHost:
                 record = AnswerRecord(one.key, b64encode(one.data).decode(), one.age_s)
                 self._recorder.record(f"answer/{agent}", t_us, record)
         return tuple(answers)
-
-    def _sensed(self, seat: Seat, t_us: int) -> tuple[tuple[Reading, ...], tuple[Signal, ...]]:
-        readings: list[Reading] = []
-        signals: list[Signal] = []
-        for sample in seat.obs.drain():
-            if kind_of(sample.data) == Kind.SIGNALS:
-                heard = decode_signals(sample.data, self.rejects)
-                if heard is not None:
-                    signals += [Signal(heard.t_us, *one) for one in heard.heard]
-            else:
-                seen = decode_readings(sample.data, self.rejects)
-                if seen is not None:
-                    readings += [Reading(seen.t_us, (c, r), yes) for c, r, yes in seen.looks]
-        if self._recorder and (readings or signals):
-            self._record_sensed(seat.agent.plan.agent, t_us, readings, signals)
-        return tuple(readings), tuple(signals)
-
-    def _record_sensed(
-        self, agent: int, t_us: int, readings: list[Reading], signals: list[Signal]
-    ) -> None:
-        assert self._recorder
-        for reading in readings:
-            look = ReadingRecord(*reading.cell, reading.detected, reading.t_us)
-            self._recorder.record(f"obs/{agent}", t_us, look)
-        for one in signals:
-            signal = SignalRecord(one.target, one.strength, one.arrived, one.t_us)
-            self._recorder.record(f"signal/{agent}", t_us, signal)
 
     def _carry_out(self, seat: Seat, effect: Effect, t_us: int) -> None:
         agent = seat.agent.plan.agent

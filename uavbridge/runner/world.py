@@ -7,20 +7,25 @@ where a real detector could publish instead.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 
 import numpy as np
 
 from planners.terrain import Terrain
 from planners.types import F64, Bools
 from sim_vehicles.fleet import Fleet
+from sim_vehicles.world.obstacles import ObstacleDetector
 from sim_vehicles.world.payload import Sensor
 from sim_vehicles.world.signals import SignalReceiver
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
 from uavbridge.bus.messages import (
+    Obstacle,
+    Obstacles,
     Readings,
     Signals,
     Truth,
+    encode_obstacles,
     encode_readings,
     encode_signals,
     encode_truth,
@@ -39,6 +44,8 @@ class Senses:
         receiver: what hears the targets from them; None: nothing.
         terrain: sensors look from the height above it; None: level ground at 0.
         driving: (n,) which vehicles stand on the ground.
+        detector: what sees obstacles from them; None: nothing.
+        obstacles: those it sees, in its order.
     """
 
     def __init__(
@@ -49,12 +56,15 @@ class Senses:
         receiver: SignalReceiver | None = None,
         terrain: Terrain | None = None,
         driving: Bools | None = None,
+        detector: ObstacleDetector | None = None,
+        obstacles: Sequence[Obstacle] = (),
     ) -> None:
         self._agents = agents
         self._sensor = sensor
         self._bus = bus
         self._receiver = receiver
         self._terrain = terrain
+        self._detector, self._obstacles = detector, obstacles
         self._driving = np.zeros(len(agents), np.bool_) if driving is None else driving
 
     def step(self, t_us: int, position: F64) -> None:
@@ -63,6 +73,8 @@ class Senses:
             self._look(self._sensor, t_us, position)
         if self._receiver is not None:
             self._listen(self._receiver, t_us, position)
+        if self._detector is not None:
+            self._detect(self._detector, t_us, position)
 
     def _look(self, sensor: Sensor, t_us: int, position: F64) -> None:
         looks: defaultdict[int, list[tuple[int, int, bool]]] = defaultdict(list)
@@ -87,6 +99,14 @@ class Senses:
             heard[one.vehicle].append((one.target, one.strength, one.arrived))
         for vehicle, signals in heard.items():
             data = encode_signals(Signals(t_us, tuple(signals)))
+            self._bus.publish(keys.obs(self._agents[vehicle]), data)
+
+    def _detect(self, detector: ObstacleDetector, t_us: int, position: F64) -> None:
+        seen: defaultdict[int, list[Obstacle]] = defaultdict(list)
+        for one in detector.look(t_us, position):
+            seen[one.vehicle].append(self._obstacles[one.column])
+        for vehicle, columns in seen.items():
+            data = encode_obstacles(Obstacles(t_us, tuple(columns)))
             self._bus.publish(keys.obs(self._agents[vehicle]), data)
 
 
@@ -130,7 +150,16 @@ def senses_of(
         sensor = assemble.sensor_of(mission, agents)
     kinds = {member.id: member.kind for member in mission.team()}
     driving = np.array([kinds[agent] == "rover" for agent in agents])
-    return Senses(agents, sensor, bus, receiver, mission.terrain(), driving)
+    return Senses(
+        agents,
+        sensor,
+        bus,
+        receiver,
+        mission.terrain(),
+        driving,
+        assemble.detector_of(mission, agents),
+        assemble.hidden_of(mission),
+    )
 
 
 def world_of(

@@ -13,9 +13,11 @@ from planners.types import FlyVelocity, Goal, GoTo, Reading, Scenario
 from tests.uavbridge.agent.point_vehicle import PointVehicle
 from uavbridge.agent.agent import Agent
 from uavbridge.agent.effects import Answer, Do, Inputs, Publish, Tell
+from uavbridge.agent.obstacles import Sighted
 from uavbridge.agent.orders import Order, Verb
 from uavbridge.agent.phases import ENDED, NEXT, RETURNING, Phase, check
 from uavbridge.agent.plan import AgentPlan, return_heights
+from uavbridge.bus.messages import Obstacle
 from uavbridge.bus.wire import Beacon
 from uavbridge.safety.envelope import Envelope
 from uavbridge.vehicle.api import Follow, LandHere, Mode, TakeOff
@@ -126,6 +128,124 @@ def test_it_returns_by_itself_at_the_time_limit():
     run.until(Phase.RISE)
     assert 60.0 <= run.t_us / 1e6 < 60.5
     run.until(Phase.DONE)
+
+
+def test_a_column_that_its_detector_sees_is_kept_off_and_shown_to_the_planner():
+    planner = FlyTo(GoTo(np.array([500.0, 100.0, 40.0])))
+    run = Run(plan_of(planner)).until(Phase.SEARCH)
+    while run.vehicle.state.position[0] < 180.0:
+        run.step()
+    assert not len(planner.views[-1].obstacles)
+    run.step(obstacles=(Obstacle(3, 300.0, 100.0, 20.0, 5.0),))
+    least = np.inf
+    for _ in range(1500):
+        run.step()
+        apart = run.vehicle.state.position[:2] - (300.0, 100.0)
+        least = min(least, np.hypot(*apart))
+    assert planner.views[-1].obstacles.tolist() == [[300.0, 100.0, 20.0]]
+    assert 24.0 < least < 40.0
+    run.step(orders=(Order(Verb.RETURN),))
+    run.until(Phase.DONE, 400)
+    assert run.agent.flight.failure == ""
+
+
+def test_what_is_told_again_of_a_column_takes_the_place_of_what_was_told():
+    sighted = Sighted()
+    assert sighted.learn([Obstacle(2, 1.0, 1.0, 5.0, 1.0), Obstacle(1, 0.0, 0.0, 3.0, 1.0)])
+    assert not sighted.learn([Obstacle(1, 0.0, 0.0, 3.0, 1.0)])
+    assert sighted.learn([Obstacle(2, 1.5, 1.0, 4.0, 1.0)])
+    assert sighted.columns.tolist() == [[0.0, 0.0, 3.0], [1.5, 1.0, 4.0]]
+    assert sighted.kept_off() == ((0.0, 0.0, 4.0), (1.5, 1.0, 5.0))
+
+
+def test_a_velocity_keeps_the_search_height_and_the_fence():
+    run = Run(plan_of(FlyTo(FlyVelocity(np.array([9.0, 0.0, 0.0])))))
+    run.until(Phase.SEARCH)
+    for _ in range(1500):
+        run.step()
+        assert run.vehicle.state.position[0] < ENVELOPE.east_m + 1.0
+        assert abs(run.vehicle.state.position[2] - 40.0) < 3.0
+    assert run.vehicle.state.position[0] > 1000
+
+
+def test_decisions_come_at_the_planners_tick_with_the_readings_since():
+    planner = FlyTo(GoTo(np.array([500.0, 500.0, 40.0])))
+    run = Run(plan_of(planner)).until(Phase.SEARCH)
+    run.step(readings=(Reading(run.t_us, (1, 1), True),))
+    first = len(planner.views)
+    for _ in range(50):
+        run.step()
+    assert len(planner.views) - first in (4, 5)
+    assert [view.tick for view in planner.views] == list(range(len(planner.views)))
+    assert sum(len(view.readings) for view in planner.views) == 1
+    view = planner.views[-1]
+    assert view.belief[1, 1] == pytest.approx(0.9 / 0.95)
+    assert view.seen[1, 1]
+    assert view.seen.sum() == 1
+
+
+@pytest.mark.parametrize(("keyframe_s", "times"), [(inf, {1}), (10.0, {3, 4})])
+def test_changed_cells_travel_once_and_all_in_keyframes(keyframe_s, times):
+    plan = replace(plan_of(FlyTo(GoTo(np.array([500.0, 500.0, 40.0])))), keyframe_s=keyframe_s)
+    run = Run(plan).until(Phase.SEARCH)
+    run.frames.clear()
+    run.step(readings=(Reading(run.t_us, (1, 1), False), Reading(run.t_us, (2, 2), False)))
+    for _ in range(210):
+        run.step()
+    sizes = [len(frame.cells) // BeliefUpdate().record.itemsize for frame in run.frames]
+    assert sorted(set(sizes)) == [0, 2]
+    assert sizes.count(2) in times
+
+
+def test_a_refusal_to_arm_ends_in_failure_that_says_why():
+    vehicle = PointVehicle((100, 100, 0), refusal="Compass not calibrated")
+    run = Run(plan_of(FlyTo(GoTo(np.zeros(3)))), vehicle).until(Phase.FAILED, 100)
+    assert run.agent.flight.failure == "refused to arm: Compass not calibrated"
+    assert sum("Compass" in tell.text for tell in run.told) == 2  # refused; failed
+    assert not vehicle.state.in_air
+
+
+@pytest.mark.parametrize(
+    ("refuses", "phases"), [(TakeOff, [Phase.FAILED]), (Follow, [Phase.LAND, Phase.DONE])]
+)
+def test_a_vehicle_that_does_not_take_off_is_brought_down(refuses, phases):
+    vehicle = PointVehicle((100, 100, 0), refusal="Not now", refuses=refuses)
+    run = Run(plan_of(FlyTo(GoTo(np.zeros(3)))), vehicle).until(phases[-1], 150)
+    assert run.phases == [Phase.CONNECT, Phase.ARM, Phase.TAKEOFF, *phases]
+    assert "take-off failed" in run.agent.flight.failure
+    assert "Not now" in run.agent.flight.failure
+    assert sum("refused: Not now" in tell.text and not tell.failure for tell in run.told) == 1
+    assert not vehicle.state.in_air
+
+
+def test_a_vehicle_that_never_answers_ends_in_failure():
+    run = Run(plan_of(FlyTo(GoTo(np.zeros(3)))), PointVehicle((0, 0, 0), silent=True))
+    run.until(Phase.FAILED, 100)
+    assert "never answered" in run.agent.flight.failure
+
+
+@pytest.mark.parametrize(
+    "phase", [Phase.TAKEOFF, Phase.CLIMB, Phase.SEARCH, Phase.HOME, Phase.LAND]
+)
+def test_a_vehicle_that_falls_silent_in_any_phase_is_given_up(phase):
+    run = Run(plan_of(FlyTo(GoTo(np.array([300.0, 100.0, 40.0])))))
+    if phase in RETURNING:
+        run.until(Phase.SEARCH).step(orders=(Order(Verb.RETURN),))
+    run.until(phase)
+    run.vehicle.silent = True
+    run.until(Phase.FAILED, 10)
+    assert "silent" in run.agent.flight.failure
+
+
+def test_a_pilot_who_takes_the_sticks_has_the_vehicle():
+    run = Run(plan_of(FlyTo(FlyVelocity(np.array([3.0, 0.0, 0.0]))))).until(Phase.SEARCH)
+    run.vehicle.set_mode(Mode.MANUAL)
+    run.until(Phase.YIELDED)
+    before = len(run.vehicle.commands)
+    for _ in range(100):
+        run.step()
+    assert len(run.vehicle.commands) == before
+    assert run.agent.flight.failure
 
 
 @pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.RETURN])

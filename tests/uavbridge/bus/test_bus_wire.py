@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from uavbridge.bus import messages, wire
-from uavbridge.bus.messages import FullMap, Readings, Signals, Truth
+from uavbridge.bus.messages import FullMap, Obstacle, Obstacles, Readings, Signals, Truth
 from uavbridge.bus.wire import DELTA, KEYFRAME, Beacon, Frame, Probe
 
 float32s = st.floats(-1e4, 1e4, width=32)
@@ -52,6 +52,16 @@ signals = st.builds(
 )
 
 
+places, sizes = st.floats(-1e6, 1e6), st.floats(0.0, 1e4)
+obstacles = st.builds(
+    Obstacles,
+    times,
+    st.lists(st.builds(Obstacle, st.integers(0, 2**16 - 1), places, places, sizes, sizes)).map(
+        tuple
+    ),
+)
+
+
 @st.composite
 def maps(draw: st.DrawFn) -> FullMap:
     columns, rows = draw(st.integers(1, 5)), draw(st.integers(1, 5))
@@ -83,6 +93,7 @@ DECODERS: list[Decoder] = [
     messages.decode_map,
     messages.decode_readings,
     messages.decode_signals,
+    messages.decode_obstacles,
     messages.decode_truth,
 ]
 encoded = st.one_of(
@@ -91,6 +102,7 @@ encoded = st.one_of(
     maps().map(messages.encode_map),
     readings.map(messages.encode_readings),
     signals.map(messages.encode_signals),
+    obstacles.map(messages.encode_obstacles),
     truths().map(messages.encode_truth),
 )
 
@@ -113,6 +125,28 @@ def test_readings_survive(looks: Readings) -> None:
 @given(signals)
 def test_signals_survive(heard: Signals) -> None:
     assert messages.decode_signals(messages.encode_signals(heard)) == heard
+
+
+@given(obstacles)
+def test_obstacles_survive(seen: Obstacles) -> None:
+    assert messages.decode_obstacles(messages.encode_obstacles(seen)) == seen
+
+
+@pytest.mark.parametrize(
+    ("wrong", "reason"),
+    [
+        ({"x": np.nan}, "position"),
+        ({"y": 2e6}, "position"),
+        ({"radius_m": -1.0}, "value"),
+        ({"room_m": np.inf}, "value"),
+    ],
+)
+def test_impossible_obstacles_are_refused(wrong: dict[str, float], reason: str) -> None:
+    column = Obstacle(1, 2.0, 3.0, 4.0, 5.0)._replace(**wrong)  # type: ignore[arg-type]
+    rejects: Counter[str] = Counter()
+    data = messages.encode_obstacles(Obstacles(0, (column,)))
+    assert messages.decode_obstacles(data, rejects) is None
+    assert rejects == {reason: 1}
 
 
 @given(maps())

@@ -7,7 +7,7 @@ import numpy as np
 from uavbridge import config
 from uavbridge.bus import keys
 from uavbridge.bus.local import LocalHub
-from uavbridge.bus.messages import decode_readings, decode_signals
+from uavbridge.bus.messages import Obstacle, decode_obstacles, decode_readings, decode_signals
 from uavbridge.runner.world import senses_of
 
 HILLS = (
@@ -53,3 +53,17 @@ def test_signals_take_the_place_of_cells() -> None:
         assert one is not None
         assert one.heard[0][0] == 0
         assert not one.heard[0][2]
+
+
+def test_each_agent_is_told_of_the_columns_in_its_sight_that_it_does_not_know() -> None:
+    columns = "".join(
+        f"[[obstacles]]\nposition = [{x}, 200]\nradius_m = 20\nknown = {known}\n"
+        for x, known in ((150, "false"), (180, "true"), (280, "false"))
+    )
+    mission, hub = config.parse(HILLS + "[sensor]\nsight_m = 60\n" + columns), LocalHub()
+    boxes = [hub.bus().subscribe(keys.obs(agent)) for agent in (1, 2)]
+    senses_of(mission, (1, 2), hub.bus()).step(0, np.array([[150.0, 130, 0], [280, 10, 0]]))
+    told = [[decode_obstacles(sample.data) for sample in box.drain()] for box in boxes]
+    (first,) = [one for one in told[0] if one is not None]
+    assert first.seen == (Obstacle(0, 150.0, 200.0, 20.0, 3.0),)
+    assert not any(told[1])

@@ -66,6 +66,8 @@ class Search:
         self.trial = Trial(mission.duration)
         self._receiver = assemble.receiver_of(mission, agents)
         self._sensor = None if self._receiver else assemble.sensor_of(mission, agents)
+        self._detector = assemble.detector_of(mission, agents)
+        self._hidden = assemble.hidden_of(mission)
         self._radio = radio_of(mission)
         self._ether = Ether(self._radio, agents)
         self._ages = Ages(agents)
@@ -109,6 +111,9 @@ class Search:
                 self.agents[one.vehicle].sensed.signals.append(signal)
                 if one.arrived:
                     self._reached.add(one.target)
+
+        for seen in self._detector.look(t_us, self._position) if self._detector else ():
+            self.agents[seen.vehicle].mapping.obstacles.learn([self._hidden[seen.column]])
 
     def _hear(self, t_us: int) -> None:
         """Frames of the last tick, and of earlier ones that are due."""
