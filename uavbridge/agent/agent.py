@@ -69,9 +69,10 @@ class Agent:
 
     def step(self, inputs: Inputs) -> list[Effect]:
         """Everything this agent wants done now."""
-        for frame in inputs.frames:
-            self.hearing.frame(frame)
-        self.mapping.merge(inputs.frames)
+        if inputs.frames:
+            for frame in inputs.frames:
+                self.hearing.frame(frame)
+            self.mapping.merge(inputs.frames)
         for beacon in inputs.beacons:
             self.hearing.beacon(beacon)
         for reading in inputs.readings:

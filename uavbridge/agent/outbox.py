@@ -59,15 +59,15 @@ class Outbox:
     def changed(self, records: Records, change: F64, *, own: bool) -> None:
         """Records (k,) that are new here, with the change (k,) of their cells' probability."""
         items = records[list(self._rule.item)].tolist()
-        for item, record, moved in zip(items, records, change.tolist(), strict=True):
-            before = self._waiting.get(item)
+        octets, size = records.tobytes(), records.itemsize
+        for i, (item, moved) in enumerate(zip(items, change.tolist(), strict=True)):
+            record, before = octets[i * size : (i + 1) * size], self._waiting.get(item)
             if before is None:
-                self._waiting[item] = _Waiting(record.tobytes(), own, moved, self._come)
+                self._waiting[item] = _Waiting(record, own, moved, self._come)
                 self._come += 1
             else:
                 most = max(moved, before.change)
-                new = _Waiting(record.tobytes(), own or before.own, most, before.place)
-                self._waiting[item] = new
+                self._waiting[item] = _Waiting(record, own or before.own, most, before.place)
 
     def asked_for(self, cells: npt.ArrayLike) -> None:
         """Somebody lacks what is known of flat cells (m,)."""
@@ -81,9 +81,10 @@ class Outbox:
                 self._asked.pop(cell, None)
         if not self._waiting:
             return
-        for item, record in zip(records[list(self._rule.item)].tolist(), records, strict=True):
+        octets, size = records.tobytes(), records.itemsize
+        for i, item in enumerate(records[list(self._rule.item)].tolist()):
             mine = self._waiting.get(item)
-            if mine is None or mine.own or mine.record != record.tobytes():
+            if mine is None or mine.own or mine.record != octets[i * size : (i + 1) * size]:
                 continue
             if mine.copies + 1 >= COPIES:
                 del self._waiting[item]

@@ -34,6 +34,7 @@ FOLLOW_S = 0.5  # subscriptions follow the agents this often; their margin cover
 _UNTOLD = (Verdict.OWN, Verdict.HELD)
 _LOSSES = tuple(v for v in Verdict if v not in (Verdict.DELIVERED, *_UNTOLD))
 _DELIVERED = int(Verdict.DELIVERED)
+_REASONS = tuple(verdict.reason for verdict in sorted(Verdict))
 _HEARD, _FAR = Verdict.DELIVERED.reason, Verdict.OUT_OF_RANGE.reason
 
 HeardLog = Callable[[int, bytes, bool, str], None]  # receiver, bytes, delivered, reason
@@ -331,5 +332,4 @@ class Channel(ABC, Generic[M]):
         for arrival, row in zip(batch, verdicts.tolist(), strict=True):
             for agent, value in zip(self.agents, row, strict=True):
                 if value not in _UNTOLD:
-                    verdict = Verdict(value)
-                    log(agent, arrival.data, verdict is Verdict.DELIVERED, verdict.reason)
+                    log(agent, arrival.data, value == _DELIVERED, _REASONS[value])
