@@ -6,6 +6,7 @@ Zhou 2023, section 2 (Eq. 1) and section 3.2 (Eqs. 5, 6, Table 1).
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from planners.types import F64, I64, Bools
 
@@ -42,31 +43,52 @@ def respond(strength: F64, heard: Bools, draw: F64) -> I64:
 
 
 def rank_members(
-    first_class: Bools,
-    strength: F64,
-    distance: F64,
-    link_strength: F64,
-    present: Bools | None = None,
+    first_class: npt.ArrayLike,
+    strength: npt.ArrayLike,
+    distance: npt.ArrayLike,
+    link_strength: npt.ArrayLike,
+    present: npt.ArrayLike | None = None,
 ) -> I64:
     """Candidates of one suballiance in order of priority (Zhou 2023, section 3.2, Table 1).
 
     Class I before class II; class I by strength, the strongest first; class II by distance
     to the nearest class I robot, then by that robot's strength. What is still equal stays in
-    the order given.
+    the order given. The first N_m of the order are the suballiance.
+
+    All arguments broadcast against each other: leading axes are suballiances, the last one
+    is their k candidates, of which there may be none.
 
     Args:
         first_class: (..., k) which candidates hear the target themselves.
         strength: (..., k) I of class I candidates; of others it does not count.
         distance: (..., k) m to the nearest class I robot; of class I it does not count.
-        link_strength: (..., k) I of that robot.
+        link_strength: (..., k) I of that robot; of class I it does not count.
         present: (..., k) which rows are candidates at all; all when not given.
 
     Returns:
         (..., k) row numbers, first in priority first; rows that are no candidates come last.
+
+    Raises:
+        ValueError: the shapes do not broadcast.
+
+    Two robots hear the target, the last one louder; of the others row 3 is the nearer one:
+
+    >>> rank_members(
+    ...     first_class=[True, False, True, False],
+    ...     strength=[2.0, 0.0, 6.1, 0.0],
+    ...     distance=[0.0, 171.4, 0.0, 33.5],
+    ...     link_strength=[0.0, 6.1, 0.0, 2.0],
+    ... )
+    array([2, 0, 3, 1])
     """
-    absent = np.zeros(first_class.shape, np.bool_) if present is None else ~present
-    second = ~first_class
-    key = np.where(first_class, -strength, distance)
-    tie = np.where(first_class, 0.0, -link_strength)
-    number = np.broadcast_to(np.arange(first_class.shape[-1]), first_class.shape)
-    return np.asarray(np.lexsort((number, tie, key, second, absent), axis=-1))
+    first, strong, far, link, here = np.broadcast_arrays(
+        np.asarray(first_class, dtype=np.bool_),
+        np.asarray(strength, dtype=np.float64),
+        np.asarray(distance, dtype=np.float64),
+        np.asarray(link_strength, dtype=np.float64),
+        np.asarray(True if present is None else present, dtype=np.bool_),
+    )
+    key = np.where(first, -strong, far)
+    tie = np.where(first, 0.0, -link)
+    number = np.broadcast_to(np.arange(first.shape[-1]), first.shape)
+    return np.asarray(np.lexsort((number, tie, key, ~first, ~here), axis=-1))

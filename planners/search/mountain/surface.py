@@ -30,6 +30,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from planners.terrain import Terrain
 from planners.types import F64, Bools
@@ -52,15 +53,15 @@ class Plane:
         return np.asarray(-(self.a * vx + self.b * vy) / self.c)
 
 
-def ground_plane(position: F64, terrain: Terrain, lattice_m: float) -> Plane:
+def ground_plane(position: npt.ArrayLike, terrain: Terrain, lattice_m: float = 1.0) -> Plane:
     """Plane through the obstacle point nearest to each robot and two beside it, Eqs. (12)-(18).
 
     Args:
-        position: (..., 2 or more) m.
+        position: (..., 2 or more) ENU m.
         terrain: the ground; obstacle points lie on it, ``lattice_m`` apart.
-        lattice_m: Delta l.
+        lattice_m: Delta l, m.
     """
-    xy = position[..., :2]
+    xy = np.asarray(position, dtype=np.float64)[..., :2]
     k0 = np.floor(xy / lattice_m + 0.5) * lattice_m  # eq. (12)
     step = -lattice_m * np.where(k0 >= xy, 1.0, -1.0)  # eq. (13)
     x, y, dx, dy = k0[..., 0], k0[..., 1], step[..., 0], step[..., 1]
@@ -72,21 +73,37 @@ def ground_plane(position: F64, terrain: Terrain, lattice_m: float) -> Plane:
 
 
 def track_surface(
-    expected: F64, plane: Plane, speed_m: float | F64, full_speed: Bools | bool
+    expected: npt.ArrayLike,
+    plane: Plane,
+    speed_m: float | F64,
+    full_speed: npt.ArrayLike,
 ) -> F64:
     """First tracking: V_o, tangent to the ground, Eqs. (19)-(21).
 
+    Keeps the heading; what ``expected`` climbs does not count.
+
     Args:
         expected: (..., 3) V_e, m a step.
-        plane: of ``ground_plane`` at the robots.
-        speed_m: Vm, m a step.
+        plane: of ``ground_plane`` at the robots, (...).
+        speed_m: (...) Vm, m a step.
         full_speed: (...) which robots roam: they move at Vm, Eq. (20); others at most, Eq. (21).
 
     Returns:
-        (..., 3). Zero stays zero.
+        (..., 3) m a step, of the leading axes of all arguments broadcast. What has no
+        horizontal part stays zero.
+
+    On ground that rises to the east by 1 in 2 a robot roams east at 10 m a step:
+
+    >>> from planners.terrain import Terrain
+    >>> hillside = Terrain(0.0, 0.0, 100.0, np.array([[0.0, 0.0], [50.0, 50.0]]))
+    >>> plane = ground_plane([20.0, 50.0, 10.0], hillside)
+    >>> track_surface([3.0, 0.0, 0.0], plane, 10.0, full_speed=True).round(3)
+    array([8.944, 0.   , 4.472])
     """
-    vx, vy = expected[..., 0], expected[..., 1]
-    vz = plane.rise(vx, vy)
+    wished = np.asarray(expected, dtype=np.float64)
+    vx, vy, vz = np.broadcast_arrays(
+        wished[..., 0], wished[..., 1], plane.rise(wished[..., 0], wished[..., 1])
+    )
     speed = np.sqrt(vx * vx + vy * vy + vz * vz)
     scaled = np.asarray(full_speed) | (speed > speed_m)
     factor = np.where(scaled & (speed > 0.0), speed_m / np.where(speed > 0.0, speed, 1.0), 1.0)
@@ -94,8 +111,8 @@ def track_surface(
 
 
 def avoid_steep(
-    velocity: F64,
-    position: F64,
+    velocity: npt.ArrayLike,
+    position: npt.ArrayLike,
     plane: Plane,
     terrain: Terrain,
     climb_rad: float,
@@ -106,31 +123,52 @@ def avoid_steep(
 ) -> F64:
     """Second tracking: V_t, Eqs. (22)-(27).
 
+    Looks one step ahead and no further: a robot goes round what is steep by being turned
+    step by step, and may stay in a bay of it.
+
     Args:
         velocity: (..., 3) V_o, m a step.
-        position: (..., 3) m.
-        plane: of ``ground_plane`` at the robots.
+        position: (..., 3) ENU m, on the ground.
+        plane: of ``ground_plane`` at the robots, (...).
         terrain: the ground.
-        climb_rad: beta.
-        bounds: west, south, east, north that no step may leave.
-        directions: n_phi.
-        lattice_m: Delta l.
+        climb_rad: beta; slopes down count for nothing.
+        bounds: west, south, east, north in ENU m that no step may leave.
+        directions: n_phi, how many headings are tried.
+        lattice_m: Delta l, m, between the points that are looked at.
 
     Returns:
-        (..., 3): V_o itself where its own heading climbs no steeper than beta; zero where no
-        heading does.
+        (..., 3) m a step, a new array: V_o itself where its own heading climbs no steeper
+        than beta, else turned to the nearest heading that does; zero where none does.
+
+    Raises:
+        ValueError: a velocity is not finite, or the shapes do not broadcast.
+
+    A robot before a wall to the east, then one that drives along it:
+
+    >>> from planners.terrain import Terrain
+    >>> heights = np.zeros((101, 101))
+    >>> heights[56:] = 50.0
+    >>> wall = Terrain(0.0, 0.0, 1.0, heights)
+    >>> place = np.array([50.0, 50.0, 0.0])
+    >>> plane = ground_plane(place, wall)
+    >>> ahead = np.array([[10.0, 0.0, 0.0], [0.0, 10.0, 0.0]])
+    >>> turned = avoid_steep(ahead, place, plane, wall, climb_rad=np.radians(30.0))
+    >>> np.degrees(np.arctan2(turned[:, 1], turned[:, 0])).round(), np.hypot(*turned[:, :2].T)
+    (array([-60.,  90.]), array([10., 10.]))
     """
-    lead = velocity.shape[:-1]
-    vo = velocity.reshape(-1, 3)
-    here = np.broadcast_to(position, velocity.shape).reshape(-1, 3)
-    reach = np.hypot(vo[:, 0], vo[:, 1])
+    wished, places = np.broadcast_arrays(
+        np.asarray(velocity, dtype=np.float64), np.asarray(position, dtype=np.float64)
+    )
+    lead = wished.shape[:-1]
+    out = wished.reshape(-1, 3).copy()
+    if not np.isfinite(out).all():
+        raise ValueError("avoid_steep: velocities must be finite")
+    here = places.reshape(-1, 3)
+    reach = np.hypot(out[:, 0], out[:, 1])
     ground = _Ground(terrain, climb_rad, bounds, lattice_m)
-    heading = np.arctan2(vo[:, 1], vo[:, 0])  # eq. (25)
+    heading = np.arctan2(out[:, 1], out[:, 0])  # eq. (25)
     blocked = np.flatnonzero(ground.theta(here, heading[:, None], reach)[:, 0] & (reach > 0.0))
-    if not len(blocked):
-        return velocity
-    out = vo.copy()
-    for rank in _ranks(directions):
+    for rank in _ranks(directions) if len(blocked) else ():
         turned, free = _nearest(ground, here, heading, reach, blocked, rank, directions)
         done = blocked[free]
         a, b, c = (np.broadcast_to(part, lead).reshape(-1)[done] for part in _parts(plane))
@@ -140,14 +178,15 @@ def avoid_steep(
         if not len(blocked):
             break
     out[blocked] = 0.0
-    return out.reshape(velocity.shape)
+    return out.reshape(*lead, 3)
 
 
-def advance(position: F64, velocity: F64, terrain: Terrain) -> tuple[F64, F64]:
+def advance(position: npt.ArrayLike, velocity: npt.ArrayLike, terrain: Terrain) -> tuple[F64, F64]:
     """Velocity (..., 3) with the rise of the ground, Eq. (28), and the new position, Eq. (29)."""
-    xy = position[..., :2] + velocity[..., :2]
+    here = np.asarray(position, dtype=np.float64)
+    xy = here[..., :2] + np.asarray(velocity, dtype=np.float64)[..., :2]
     there = np.concatenate((xy, terrain.height_at(xy)[..., None]), axis=-1)
-    return there - position, there
+    return there - here, there
 
 
 def reflected(position: F64, velocity: F64, bounds: Bounds, reading: str) -> F64:
