@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from uavbridge.cli.group import echo_json
+from uavbridge.cli.steps import told
 from uavbridge.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -104,6 +105,7 @@ def _run(
     workers = options["workers"] if options["workers"] is not None else os.cpu_count() or 1
     usual = experiment.usual_runs(options["fidelity"])
     runs = usual if options["runs"] is None else options["runs"]
+    written: list[Path] = []
     with _progress(experiment.name) as progress:
         outcome = runner.run(
             experiment,
@@ -114,8 +116,10 @@ def _run(
             fidelity=options["fidelity"],
             progress=progress,
         )
-    if options["out"] is not None:
-        _write(outcome, command, Path(options["out"]))
+        if options["out"] is not None:
+            written = _write(outcome, command, Path(options["out"]))
+    for path in written:
+        click.echo(f"wrote {path}", err=True)
     if as_json:
         echo_json([row.as_data() for row in outcome.rows])
     else:
@@ -123,18 +127,16 @@ def _run(
         output.show(outcome, console if console.is_terminal else Console(width=_WIDTH))
 
 
-def _write(outcome: Outcome, command: list[str], folder: Path) -> None:
+def _write(outcome: Outcome, command: list[str], folder: Path) -> list[Path]:
     from uavbridge.experiments import output
 
     parts = [*command, "--runs", str(outcome.runs), "--seed", str(outcome.seed)]
     if outcome.fidelity != "ideal":
         parts += ["--fidelity", outcome.fidelity]
     try:
-        paths = output.write(outcome, folder, shlex.join(parts))
+        return output.write(outcome, folder, shlex.join(parts))
     except OSError as error:
         raise ConfigError(f"--out {folder}: {error.strerror}") from error
-    for path in paths:
-        click.echo(f"wrote {path}", err=True)
 
 
 def _list(as_json: bool) -> None:
@@ -174,12 +176,16 @@ def _value(text: str) -> Any:
 
 @contextmanager
 def _progress(name: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar on standard error."""
+    """A bar on standard error; where it is no terminal, a line now and then."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     console = Console(stderr=True)
+    if not console.is_terminal:
+        with told() as tell:
+            yield lambda done, total: tell(f"{name}: {done} of {total} runs")
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as bar:
         task = bar.add_task(name, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)

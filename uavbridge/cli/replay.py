@@ -10,7 +10,7 @@ import click
 
 from uavbridge.cli.command import KEYS, ROUTER, choose_mission, identity_of
 from uavbridge.cli.numbers import ABOVE_ZERO, NOT_NEGATIVE
-from uavbridge.cli.steps import steps
+from uavbridge.cli.steps import steps, told
 from uavbridge.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -86,7 +86,8 @@ def report(recording: Path, out: Path | None) -> None:
     folder = out or Path(result.out)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        page = write_report(result, folder)
+        with told() as tell_figure:
+            page = write_report(result, folder, lambda name: tell_figure(f"drawing: {name}"))
     except OSError as fault:
         raise ConfigError(f"--out: cannot write to {folder}: {fault.strerror}") from None
     click.echo(summary_text(result))

@@ -15,6 +15,31 @@ REDRAW_S, LINE_S = 0.3, 10.0
 
 
 @contextmanager
+def told() -> Iterator[Callable[[str], None]]:
+    """Tells on standard error what a command is at.
+
+    Yields:
+        A function to call with a short text, as often as one likes.
+    """
+    live = sys.stderr.isatty()
+    next_s, drawn = wall_s() + PATIENCE_S, False
+
+    def tell(text: str) -> None:
+        nonlocal next_s, drawn
+        now_s = wall_s()
+        if now_s < next_s:
+            return
+        next_s, drawn = now_s + (REDRAW_S if live else LINE_S), True
+        click.echo(f"\r{text}\x1b[K" if live else text, err=True, nl=not live)
+
+    try:
+        yield tell
+    finally:
+        if live and drawn:
+            click.echo("\r\x1b[K", err=True, nl=False)
+
+
+@contextmanager
 def steps(what: str) -> Iterator[Callable[[int], None]]:
     """Tells on standard error the mission time that a command has come to.
 
@@ -26,20 +51,5 @@ def steps(what: str) -> Iterator[Callable[[int], None]]:
     """
     from uavbridge.report.quantity import duration
 
-    live = sys.stderr.isatty()
-    next_s, drawn = wall_s() + PATIENCE_S, False
-
-    def tell(t_us: int) -> None:
-        nonlocal next_s, drawn
-        now_s = wall_s()
-        if now_s < next_s:
-            return
-        next_s, drawn = now_s + (REDRAW_S if live else LINE_S), True
-        text = f"{what}: {duration(to_s(max(t_us, 0)))} of mission time"
-        click.echo(f"\r{text}" if live else text, err=True, nl=not live)
-
-    try:
-        yield tell
-    finally:
-        if live and drawn:
-            click.echo("\r\x1b[K", err=True, nl=False)
+    with told() as tell:
+        yield lambda t_us: tell(f"{what}: {duration(to_s(max(t_us, 0)))} of mission time")

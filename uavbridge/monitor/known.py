@@ -16,6 +16,7 @@ from uavbridge.monitor.events import EventLog
 from uavbridge.monitor.finds import Finds
 from uavbridge.monitor.groups import Membership, membership
 from uavbridge.monitor.maps import Maps
+from uavbridge.monitor.snapshot import dropped
 from uavbridge.monitor.watched import RECENT_S, Declared, Happening, Point, Watched, hearing
 from uavbridge.recording.topics import MissionRecord
 from uavbridge.runner.separation import Floor, SeparationWatch
@@ -106,10 +107,7 @@ class Known:
 
     def dropped(self) -> Counter[str]:
         """Frames that the radio did not deliver, by reason, over all agents."""
-        total = Counter[str]()
-        for agent in self.agents.values():
-            total.update({} if agent.report is None else agent.report.dropped)
-        return total
+        return dropped(agent.report for agent in self.agents.values() if agent.report is not None)
 
     def memberships(self) -> dict[int, Membership]:
         """By agent, what it belongs to by its own word; those that are in no group are left out."""

@@ -11,6 +11,7 @@ from uavbridge.clock import to_s
 from uavbridge.monitor import timeline
 from uavbridge.monitor.choice import HELP, Choice
 from uavbridge.monitor.replayed import Player
+from uavbridge.monitor.snapshot import unheard
 from uavbridge.monitor.watch import Happening, MissionWatch, Point, Watched
 from uavbridge.report.quantity import count, data_size, duration, number, plain
 
@@ -64,7 +65,7 @@ def _scores(watch: MissionWatch) -> list[Text]:
             f"closest {number(watch.separation.closest, 'm')}   radio {count(last.frames_sent)} "
             f"frames {data_size(last.bytes_sent)} sent, {data_size(last.bytes_heard)} heard"
         ),
-        Text(_unheard(watch)),
+        Text(unheard(watch.dropped())),
     ]
 
 
@@ -77,13 +78,6 @@ def _searched(watch: MissionWatch, last: Point) -> str:
     known = "" if watch.found is None else f", {watch.found} true"
     entropy = number(last.entropy, "bits")
     return f"coverage {share}{goal}   entropy {entropy}   targets {finds} declared{known}"
-
-
-def _unheard(watch: MissionWatch) -> str:
-    """Frames that the radio did not deliver, by reason."""
-    dropped = watch.dropped()
-    told = ", ".join(f"{count(number)} {plain(why)}" for why, number in dropped.most_common())
-    return f"not heard {told}" if told else ""
 
 
 def _table(

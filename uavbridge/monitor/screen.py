@@ -9,7 +9,7 @@ from itertools import zip_longest
 
 from rich.text import Text
 
-from uavbridge.monitor.snapshot import MissionFacts, Snapshot, VehicleLine
+from uavbridge.monitor.snapshot import MissionFacts, Snapshot, VehicleLine, unheard
 from uavbridge.report.quantity import count, data_size, duration, number, plain
 
 _FIXED = 8  # lines above the vehicles, the table's head included
@@ -51,7 +51,7 @@ def screen(
         _scores(facts, now),
         _separation(facts, now),
         _radio(now),
-        Text(""),
+        Text(f"{'':10}{lost}" if (lost := unheard(now.dropped)) else ""),
         *_vehicles(now.vehicles, width, room + 1),
         Text(""),
         *alerts,
@@ -72,6 +72,7 @@ def one_line(facts: MissionFacts, now: Snapshot, *, factor: float) -> str:
         f"targets {now.declared}/{facts.targets}",
         f"closest pair {number(now.closest_m, 'm')}",
         f"{count(now.frames_sent)} frames {data_size(now.bytes_sent)}",
+        unheard(now.dropped),
         _phases(now.vehicles),
     ]
     if math.isfinite(factor):

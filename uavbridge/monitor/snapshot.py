@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+
+from uavbridge.agent.report import AgentReport
+from uavbridge.report.quantity import count, plain
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +38,20 @@ class VehicleLine:
     note: str = ""  # the planner's words
 
 
+def dropped(reports: Iterable[AgentReport]) -> Counter[str]:
+    """Frames that the radio did not deliver to anybody, by reason."""
+    total = Counter[str]()
+    for report in reports:
+        total.update(report.dropped)
+    return total
+
+
+def unheard(dropped: Counter[str]) -> str:
+    """The same in words; empty: everything was heard."""
+    told = ", ".join(f"{count(number)} {plain(why)}" for why, number in dropped.most_common())
+    return f"not heard {told}" if told else ""
+
+
 @dataclass(frozen=True, slots=True)
 class Snapshot:
     """The mission at mission time ``t_s``; NaN where a number is not known."""
@@ -50,3 +69,4 @@ class Snapshot:
     vehicles: tuple[VehicleLine, ...] = ()
     status: str = ""  # "flying", "goal reached", ...
     alerts: tuple[str, ...] = field(default=())  # failures so far; the newest ones are shown
+    dropped: Counter[str] = field(default_factory=Counter)  # frames not heard, by reason

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from io import BytesIO, StringIO
 from pathlib import Path
@@ -27,35 +28,54 @@ class Drawn:
     png: bytes
 
 
-def drawings(result: MissionResult) -> dict[str, Drawn]:
-    """All figures of a mission, by name; the same bytes each time."""
-    made = {
-        "map": (figures.map_figure(result), "Tracks over the final map"),
+def drawings(
+    result: MissionResult, progress: Callable[[str], None] = lambda _name: None
+) -> dict[str, Drawn]:
+    """All figures of a mission, by name; the same bytes each time.
+
+    Args:
+        result: of the mission.
+        progress: told the name of each figure before it is drawn.
+    """
+    made: dict[str, tuple[Callable[[], Figure], str]] = {
+        "map": (lambda: figures.map_figure(result), "Tracks over the final map"),
         "progress": (
-            figures.progress_figure(result),
+            lambda: figures.progress_figure(result),
             "Coverage, entropy and targets over time",
         ),
         "separation": (
-            figures.separation_figure(result),
+            lambda: figures.separation_figure(result),
             "Distance of the closest pair over time",
         ),
         "radio": (
-            figures.bytes_figure(result.agents),
+            lambda: figures.bytes_figure(result.agents),
             "Bytes sent and heard by each agent",
         ),
     }
     if result.layers:
         made["layers"] = (
-            layers_figure(result.layers, result.columns),
+            lambda: layers_figure(result.layers, result.columns),
             "Layers of numbers over the area, as they were last",
         )
     if result.alliances is not None:
-        made["alliances"] = figures.alliances_figure(result), "Members of suballiances over time"
+        made["alliances"] = (
+            lambda: figures.alliances_figure(result),
+            "Members of suballiances over time",
+        )
     if result.planes:
-        space = aircraft.tracks_figure(result.tracks, result.terrain)
-        made["space"] = space, "Tracks in space"
-        made["motion"] = aircraft.motion_figure(result.tracks), "Yaw, pitch and speed over time"
-    return {name: drawn(name, figure, title) for name, (figure, title) in made.items()}
+        made["space"] = (
+            lambda: aircraft.tracks_figure(result.tracks, result.terrain),
+            "Tracks in space",
+        )
+        made["motion"] = (
+            lambda: aircraft.motion_figure(result.tracks),
+            "Yaw, pitch and speed over time",
+        )
+    done = {}
+    for name, (draw, title) in made.items():
+        progress(name)
+        done[name] = drawn(name, draw(), title)
+    return done
 
 
 def drawn(name: str, figure: Figure, title: str) -> Drawn:

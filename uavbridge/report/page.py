@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -26,13 +26,21 @@ MOST_EVENTS = 500  # on paper
 FIGURES = ("map", "progress", "separation", "radio")  # as ``drawn.drawings`` makes them
 
 
-def write_report(result: MissionResult, folder: Path) -> Path:
-    """Write ``report.html``, ``summary.json`` and the figures; the path of the page."""
+def write_report(
+    result: MissionResult, folder: Path, progress: Callable[[str], None] = lambda _name: None
+) -> Path:
+    """Write ``report.html``, ``summary.json`` and the figures; the path of the page.
+
+    Args:
+        result: of the mission.
+        folder: to write to.
+        progress: told the name of each figure before it is drawn.
+    """
     # Half a second of matplotlib, spared to everything that imports this and draws nothing.
     from uavbridge.report.drawn import drawings, write_files
 
     (folder / SUMMARY_NAME).write_bytes(summary_json(result))
-    made = drawings(result)
+    made = drawings(result, progress)
     write_files(made, folder / FIGURES_NAME)
     path = folder / REPORT_NAME
     path.write_text(report_page(result, made), encoding="utf-8", errors="replace")

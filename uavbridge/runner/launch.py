@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from types import MappingProxyType
 
@@ -115,7 +115,8 @@ def fly_and_report(
         earlier=earlier,
     )
     try:
-        write_report(result, folder)
+        with _writing(console):
+            write_report(result, folder)
     except OSError as fault:
         raise UavbridgeError(f"out: no report in {folder}: {fault.strerror}") from None
     return result
@@ -226,6 +227,11 @@ def _show(display: Display, t_us: int, judge: Judge, host: AgentHost) -> None:
     merged = judge.union.probability, judge.union.seen
     display.second(t_us, judge.reports.values(), merged, judge.declared)
     display.log(host.events[display.logged :])
+
+
+def _writing(console: Console | None) -> AbstractContextManager[object]:
+    """Says that the report is being written, where people watch."""
+    return console.status("writing the report") if console is not None else nullcontext()
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from math import nan
 
 from uavbridge.clock import to_s
 from uavbridge.config import Mission
-from uavbridge.monitor.snapshot import MissionFacts, Snapshot, VehicleLine
+from uavbridge.monitor.snapshot import MissionFacts, Snapshot, VehicleLine, dropped
 from uavbridge.runner.judge import Judge
 
 
@@ -41,6 +41,7 @@ def snapshot_of(t_us: int, judge: Judge) -> Snapshot:
         bytes_sent=sum(report.bytes_sent for report in reports),
         frames_heard=sum(report.frames_heard for report in reports),
         bytes_heard=sum(report.bytes_heard for report in reports),
+        dropped=dropped(reports),
         vehicles=tuple(
             VehicleLine(
                 id=report.agent,

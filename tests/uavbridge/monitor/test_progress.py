@@ -1,4 +1,5 @@
 import io
+from collections import Counter
 from dataclasses import replace
 from itertools import count
 
@@ -45,12 +46,13 @@ class Terminal:
 
 
 def test_ten_vehicles_fit_with_all_that_was_asked_for() -> None:
-    lines = shown(replace(moment(), alerts=("agent 5: link lost",)))
+    lost = Counter({"out of range": 1310, "loss": 7})
+    lines = shown(replace(moment(), alerts=("agent 5: link lost",), dropped=lost))
     assert len(lines) <= 23
     text = "\n".join(lines)
     for part in (
         "3:07 of 15:00", "9.8x", "78% of 90%", "41.2 bits", "2 of 3", "31.0 m now", "14.2 m so far",
-        "1,234 frames sent, 240 kB", "! agent 5: link lost",
+        "1,234 frames sent, 240 kB", "not heard 1,310 out of range, 7 loss", "! agent 5: link lost",
     ):  # fmt: skip
         assert part in text
     rows = [line for line in lines if "OFFBOARD" in line]
