@@ -144,7 +144,7 @@ class Options:
 @click.option(
     "--start-system",
     type=click.IntRange(1, ports.NETWORK),
-    help="System id of the first vehicle.  [default: 1, or as --port where that is not given]",
+    help="System id of the first vehicle.  [default: 1, or the next that no other simulator has]",
 )
 @click.option(
     "--speed",
@@ -225,15 +225,16 @@ def main(**values: Any) -> None:
 
 
 def _seats(options: Options) -> tuple[ports.Seat, ...]:
-    """As asked for; without a port, one and ids that no other simulator of this machine has."""
-    each = None if options.ports is None else options.ports == "each"
-    if options.port is None:
-        from sim_vehicles.leases import Leases, lease_seats
+    """As asked for; where nothing is, what no other simulator of this machine has."""
+    from sim_vehicles.leases import Leases, lease_seats
 
-        # held until this process ends
-        return lease_seats(options.count, Leases(), each=each, start_system=options.start_system)
-    return ports.seats(
-        options.count, each=each, base=options.port, start_system=options.start_system or 1
+    each = None if options.ports is None else options.ports == "each"
+    return lease_seats(
+        options.count,
+        Leases(),  # held until this process ends
+        each=each,
+        port=options.port,
+        start_system=options.start_system,
     )
 
 

@@ -10,7 +10,8 @@ import errno
 import fcntl
 import os
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -49,10 +50,21 @@ class Leases:
         self._files |= taken
         return True
 
+    def note(self, names: Iterable[str]) -> None:
+        """Take those that nobody has, if that can be: somebody asked for them by number."""
+        with suppress(ServerError):
+            for name in names:
+                self.take([name])
+
+    def holder(self, name: str) -> str:
+        """Who has a name, for messages: "pid 123", or "another process"."""
+        with suppress(OSError, ValueError):
+            return f"pid {int((self._folder / name).read_text())}"
+        return "another process"
+
     def _lock(self, name: str) -> int | None:
         try:
-            self._folder.mkdir(mode=0o1777, parents=True, exist_ok=True)
-            opened = os.open(self._folder / name, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+            opened = self._open(self._folder / name)
         except OSError as error:
             raise ServerError(f"{self._folder}: {error.strerror}") from error
         try:
@@ -62,8 +74,22 @@ class Leases:
             if error.errno in _BUSY:
                 return None
             raise ServerError(f"{self._folder / name}: {error.strerror}") from error
-        os.ftruncate(opened, 0)
-        os.write(opened, f"{os.getpid()}\n".encode())
+        with suppress(OSError):  # another user's file: it is locked, if not written to
+            os.ftruncate(opened, 0)
+            os.write(opened, f"{os.getpid()}\n".encode())
+        return opened
+
+    def _open(self, path: Path) -> int:
+        """A file of the folder; both are for all users of the machine."""
+        with suppress(FileExistsError):
+            self._folder.mkdir(parents=True)
+            self._folder.chmod(0o1777)
+        try:
+            opened = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        except PermissionError:
+            return os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        with suppress(PermissionError):
+            os.fchmod(opened, 0o666)
         return opened
 
     def close(self) -> None:
@@ -74,32 +100,78 @@ class Leases:
 
 
 def lease_seats(
-    count: int, leases: Leases, *, each: bool | None = None, start_system: int | None = None
+    count: int,
+    leases: Leases,
+    *,
+    each: bool | None = None,
+    port: int | None = None,
+    start_system: int | None = None,
 ) -> tuple[Seat, ...]:
     """Seats that no other simulator of this machine has, the lowest ports and ids first.
+
+    What is asked for by number is given, whoever has it, and kept from those who do not ask.
 
     Args:
         count: vehicles.
         leases: hold what was taken.
         each: a port for each vehicle; None: up to ten vehicles.
+        port: the first one; None: of those that are free.
         start_system: system id of the first vehicle; None: the first of a row that is free.
 
     Raises:
-        ValueError: there are not so many ids.
+        ValueError: there are not so many ids, or ports.
         ServerError: no ports, or no ids, are left.
     """
     first = start_system or _free_systems(count, leases)
+    if start_system is not None:
+        leases.note(map(system_name, range(first, min(first + count, NETWORK + 1))))
+    if port is not None:
+        found = seats(count, each=each, base=port, start_system=first)
+        leases.note(_ports(found))
+        return found
     for base in range(BASE_PORT, _LAST_BASE):
         found = seats(count, each=each, base=base, start_system=first)
-        if leases.take(f"port-{port}" for port in sorted({seat.port for seat in found})):
+        if leases.take(_ports(found)):
             return found
     raise ServerError(f"no ports from {BASE_PORT} on are left for {count} vehicles")
+
+
+def lease_systems(wanted: Collection[int], leases: Leases) -> dict[int, int]:
+    """System ids for vehicles that have ports of their own, by the id that each would have.
+
+    They get the ids that they would have, or else a row that is free. Where there is none, or
+    no folder for leases, they get their own all the same.
+    """
+    own = {system: system for system in wanted}
+    try:
+        if not wanted or leases.take(map(system_name, wanted)):
+            return own
+        first = _free_systems(len(wanted), leases)
+    except ServerError:
+        return own
+    return {system: first + i for i, system in enumerate(sorted(wanted))}
+
+
+def port_name(port: int) -> str:
+    """What a port's lease is called."""
+    return f"port-{port}"
+
+
+def system_name(system: int) -> str:
+    """What a system id's lease is called."""
+    return f"system-{system}"
+
+
+def _ports(found: Iterable[Seat]) -> list[str]:
+    return [port_name(port) for port in sorted({seat.port for seat in found})]
 
 
 def _free_systems(count: int, leases: Leases) -> int:
     if count > NETWORK:  # they are used again anyway
         return 1
     for first in range(1, NETWORK - count + 2):
-        if leases.take(f"system-{number}" for number in range(first, first + count)):
+        if leases.take(map(system_name, range(first, first + count))):
             return first
-    raise ServerError(f"no {count} system ids in a row are left on this machine")
+    raise ServerError(
+        f"no {count} system ids in a row are left on this machine; --start-system asks for one"
+    )

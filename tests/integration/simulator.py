@@ -29,10 +29,10 @@ def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
 
 @contextmanager
 def simulator(*arguments: str, port: int | None = None) -> Iterator[Simulator]:
-    """Start it, wait for its table, and end it as Ctrl-C would."""
+    """Start it, wait for its table, and end it as Ctrl-C would; its first id is 1."""
     port = free_port() if port is None else port
     process = subprocess.Popen(
-        [*COMMAND, "--port", str(port), *arguments],
+        [*COMMAND, "--port", str(port), "--start-system", "1", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from sim_vehicles.leases import Leases, lease_seats
-from sim_vehicles.ports import ServerError
+from sim_vehicles.leases import Leases, lease_seats, lease_systems
+from sim_vehicles.ports import Seat, ServerError
 
 
 def test_neighbours_get_their_own_ports_and_ids(tmp_path: Path) -> None:
@@ -25,6 +25,30 @@ def test_neighbours_get_their_own_ports_and_ids(tmp_path: Path) -> None:
     assert lease_seats(2, Leases(tmp_path))[0].port == 14540
     for leases in (two, three):
         leases.close()
+
+
+def test_what_is_asked_for_by_number_is_kept_from_the_others(tmp_path: Path) -> None:
+    asked, other, twin = (Leases(tmp_path) for _ in range(3))
+    assert _pairs(lease_seats(1, asked, port=14540, start_system=2)) == [(2, 14540)]
+    assert _pairs(lease_seats(2, other)) == [(3, 14541), (4, 14542)]
+    assert _pairs(lease_seats(1, twin, port=14540, start_system=2)) == [(2, 14540)]
+    assert _pairs(lease_seats(1, twin, port=14600)) == [(1, 14600)]
+    for leases in (asked, other, twin):
+        leases.close()
+
+
+def test_vehicles_with_ports_of_their_own_get_ids_of_their_own(tmp_path: Path) -> None:
+    one, two, three = (Leases(tmp_path) for _ in range(3))
+    assert lease_systems([2, 5], one) == {2: 2, 5: 5}
+    assert lease_systems([5, 6, 7], two) == {5: 6, 6: 7, 7: 8}
+    assert lease_systems(range(1, 249), three) == {i: i for i in range(1, 249)}  # none left
+    assert lease_systems([], three) == {}
+    for leases in (one, two):
+        leases.close()
+
+
+def _pairs(found: tuple[Seat, ...]) -> list[tuple[int, int]]:
+    return [(seat.system, seat.port) for seat in found]
 
 
 def test_all_or_nothing(tmp_path: Path) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import hypot, pi, radians
 from pathlib import Path
+from types import MappingProxyType
 from zlib import crc32
 
 import numpy as np
@@ -184,14 +186,22 @@ def _net(mission: Mission, agent: int) -> tuple[float, float] | None:
     return patience(mission, safety.setpoint_loss_s), patience(mission, safety.link_loss_s)
 
 
-def fleet_of(mission: Mission, agents: tuple[int, ...]) -> Fleet:
-    """The simulated vehicles of some agents, at their starts."""
+def fleet_of(
+    mission: Mission, agents: tuple[int, ...], systems: Mapping[int, int] = MappingProxyType({})
+) -> Fleet:
+    """The simulated vehicles of some agents, at their starts.
+
+    Args:
+        mission: what is flown.
+        agents: whose vehicles.
+        systems: system ids of those that have others than their agents' numbers.
+    """
     members = {member.id: member for member in mission.team()}
     terrain, w = mission.terrain(), mission.wind
     return Fleet(
         [
             VehicleSpec(
-                system=agent,
+                system=systems.get(agent, agent),
                 start=(*members[agent].start, _height(terrain, members[agent].start)),
                 yaw_rad=pi / 2 - radians(mission.fleet.heading_deg),
                 kind=members[agent].kind,

@@ -14,15 +14,20 @@ from uavbridge.vehicle.mavlink import MavlinkVehicle
 
 
 def driver_of(
-    mission: Mission, link: Link, agent: int, attached: Mapping[int, Attached]
+    mission: Mission,
+    link: Link,
+    agent: int,
+    attached: Mapping[int, Attached],
+    system: int | None = None,
 ) -> Vehicle:
     """The vehicle of an agent, behind its link.
 
     Args:
         mission: names the driver of vehicles that are not simulated.
         link: to it.
-        agent: whose it is; its number is the vehicle's system id, unless it is attached.
+        agent: whose it is.
         attached: vehicles that were found.
+        system: id of one that was not; None: its agent's number.
 
     Raises:
         ConfigError: the driver is not installed.
@@ -30,7 +35,7 @@ def driver_of(
     origin = assemble.origin(mission)
     timeout_s = assemble.patience(mission, 3.0)
     found = attached.get(agent)
-    system = agent if found is None else found.system
+    system = found.system if found else system or agent
     if mission.endpoint(agent) is None or mission.mavlink.driver == "uavbridge":
         twins = found.link.twins if found and isinstance(found.link, HubChannel) else tuple
         return MavlinkVehicle(link, system, origin=origin, link_timeout_s=timeout_s, twins=twins)

@@ -43,6 +43,7 @@ from uavbridge.runner.earlier import Earlier
 from uavbridge.runner.fitness import Attached
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.judge import Judge
+from uavbridge.runner.leased import Leased
 from uavbridge.runner.nets import NetNotes
 from uavbridge.runner.payloads import Payloads
 from uavbridge.runner.places import places_of
@@ -107,18 +108,16 @@ def fly_paced(
         tell(f"zenoh router {endpoint}, keys uavbridge/{mission.name}/**")
         if aside is not None:
             stack.enter_context(aside(endpoint))
+        team = [a for a in mission.scenario().team if mission.endpoint(a) is None]
+        leased = stack.enter_context(Leased(team))
         links: dict[int, Link] = {}
         for place, plan in enumerate(plans):
             known = attached.get(plan.agent)
-            links[plan.agent] = known.link if known else _link(mission, plan.agent, place)
+            links[plan.agent] = known.link if known else _link(mission, plan.agent, place, leased)
             stack.callback(links[plan.agent].close)
-        ports = {agent: link.port for agent, link in links.items() if isinstance(link, UdpLink)}
-        team = mission.scenario().team
-        simulated = {
-            agent: ports.get(agent, 0) for agent in team if mission.endpoint(agent) is None
-        }
+        simulated = {agent: _port(links.get(agent)) for agent in team}
         simulation = stack.enter_context(
-            Simulation(mission, simulated, endpoint, lingers=bool(others))
+            Simulation(mission, simulated, endpoint, systems=leased.systems, lingers=bool(others))
         )
         judge = Judge(mission, session(), recorder)
         spoken = simulation.ready()
@@ -141,6 +140,7 @@ def fly_paced(
                 logged(mission, link, agent, recorder, clock),
                 agent,
                 attached,
+                leased.systems.get(agent),
             )
             for agent, link in links.items()
         }
@@ -272,14 +272,20 @@ def _router(mission: Mission, alone: bool) -> Router | RouterProcess:
     return RouterProcess(mission.bus.listen, assemble.identity_of(mission, ROUTER))
 
 
-def _link(mission: Mission, agent: int, place: int) -> Link:
+def _port(link: Link | None) -> int:
+    """Where a simulated vehicle speaks to; 0: it waits to be spoken to."""
+    return link.port if isinstance(link, UdpLink) else 0
+
+
+def _link(mission: Mission, agent: int, place: int, leased: Leased) -> Link:
     url = mission.endpoint(agent)
     if url is not None:
         with _about(f"endpoint of agent {agent}"):
             return open_link(url, agent)
     ports = mission.simulator.ports
     with _about("simulator.ports"):
-        return UdpLink.bind(mission.simulator.host, 0 if ports == "auto" else ports + place, agent)
+        port = 0 if ports == "auto" else leased.keep(ports + place)
+        return UdpLink.bind(mission.simulator.host, port, leased.systems.get(agent, agent))
 
 
 @contextmanager

@@ -17,9 +17,10 @@ import subprocess
 import sys
 import threading
 from collections import Counter
+from collections.abc import Mapping
 from contextlib import suppress
 from math import inf
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import BinaryIO, Self
 
 import msgspec
@@ -53,6 +54,7 @@ class Setup(Struct, frozen=True):
     mission: Mission
     ports: dict[int, int]  # agent -> UDP port its vehicle speaks to; 0: it waits to be spoken to
     router: str
+    systems: dict[int, int] = {}  # agent -> system id, where it is not the agent's number
     lingers: bool = False  # it outlives its parent until the vehicles are down
 
 
@@ -64,11 +66,18 @@ class Simulation:
         ports: UDP port on loopback for the vehicle of each simulated agent; 0: the vehicle
             waits to be spoken to, at ``simulator.host``; none: no child.
         router: zenoh endpoint for readings and true positions.
+        systems: system ids of those that have others than their agents' numbers.
         lingers: without a goodbye it ends only when no vehicle is armed any more.
     """
 
     def __init__(
-        self, mission: Mission, ports: dict[int, int], router: str, *, lingers: bool = False
+        self,
+        mission: Mission,
+        ports: dict[int, int],
+        router: str,
+        *,
+        systems: Mapping[int, int] = MappingProxyType({}),
+        lingers: bool = False,
     ) -> None:
         self._speed = mission.speed
         self._agents = sorted(ports)
@@ -76,7 +85,7 @@ class Simulation:
         if not ports:
             return
         self._process = spawn(["uavbridge.runner.simulation"])
-        setup = msgspec.msgpack.encode(Setup(mission, ports, router, lingers))
+        setup = msgspec.msgpack.encode(Setup(mission, ports, router, dict(systems), lingers))
         self._say(b"%d\n" % len(setup) + setup)
 
     def ready(self) -> dict[int, int]:
@@ -181,7 +190,7 @@ def _answer(text: str) -> None:
 def _serve_parent(told: BinaryIO) -> None:
     setup = msgspec.msgpack.decode(told.read(int(told.readline())), type=Setup)
     agents = tuple(sorted(setup.ports))
-    fleet = assemble.fleet_of(setup.mission, agents)
+    fleet = assemble.fleet_of(setup.mission, agents, setup.systems)
     identity = assemble.identity_of(setup.mission, LAUNCHER)
     with ZenohBus(setup.router, setup.mission.name, identity=identity) as bus:
         world = world_of(setup.mission, fleet, agents, bus)
