@@ -11,8 +11,11 @@ import pytest
 from tests.integration.missions import SMALL, write
 
 pytestmark = pytest.mark.integration
-SLOW = SMALL.replace("coverage_goal = 0.9", "coverage_goal = 1.0").replace(
-    "position = [125.0, 175.0]", "position = [199.0, 1.0]"
+# So large that nobody has seen all of it before the orders come.
+SLOW = (
+    SMALL.replace("columns = 4", "columns = 12")
+    .replace("rows = 4", "rows = 12")
+    .replace("position = [125.0, 175.0]", "position = [599.0, 599.0]")
 )
 
 
@@ -67,7 +70,7 @@ def test_orders_are_obeyed_or_refused_with_a_reason(flying):
     assert status == 1
     assert "small" in message
     assert command(router, "abort")[0] == 0
-    output, _ = process.communicate(timeout=60)
+    output, _ = process.communicate(timeout=150)
     assert "4 landed" in output
     assert process.returncode == 1
 
