@@ -17,12 +17,15 @@ class Do(Enum):
     TAKE_OFF = auto()
     GO = auto()  # through a place, after a pause there
     STAY = auto()  # at a place, until told otherwise
+    CIRCLE = auto()  # round a place, so many times
+    TURN = auto()  # to a heading, on the spot
     LAND = auto()
     RETURN = auto()
     SPEED = auto()  # from here on
     JUMP = auto()
     PAUSE = auto()  # where it is
     NOTHING = auto()  # accepted and passed over
+    LANDING = auto()  # what follows is a landing; passed over, too
     HOME = auto()  # the first of some autopilots' missions: no step at all
 
 
@@ -36,6 +39,8 @@ class Step:
     radius_m: float = nan  # accepted distance; NaN: the parameter's
     circle_m: float = nan  # of a loiter, positive counter-clockwise; NaN: the parameter's
     pause_s: float = 0.0
+    rounds: float = 0.0  # of a circle
+    relative: bool = False  # the yaw is by how much to turn
     speed_m_s: float = nan
     jump_to: int = 0
     repeats: int = 0  # of a jump; below 0: without end

@@ -249,6 +249,8 @@ STEPS: Final[Mapping[Do, StepRoutine]] = {
     Do.SPEED: _step_speed,
     Do.PAUSE: _pause,
     Do.NOTHING: _nothing,
+    Do.TURN: _nothing,
+    Do.LANDING: _nothing,
 }
 
 ROUTINES: Final[Mapping[Mode, Make]] = {

@@ -23,7 +23,8 @@ from sim_vehicles.routines import Make, mission, refuge
 from sim_vehicles.winged import PX4
 from sim_vehicles.winged.routines import FLOWN, legs_of
 
-_INFO: Final = 6
+_WARNING, _INFO = 4, 6
+_AUTOLAND_AFTER, _AUTOLAND_AT_ONCE = 1, 2  # of RTL_AUTOLAND
 _AHEAD_M: Final = 1e4  # as far as a course is held
 _NAMES: Final = frozenset(each.name for each in PX4)
 HIDDEN: Final = (*PX4, *(each for each in _HIDDEN if each.name not in _NAMES))
@@ -98,6 +99,32 @@ class ArduPlane(ArduPilot):
             scale = speed_m_s / max(hypot(vx, vy), 1e-6)
             self._go_on(i, (x, y, z, vx * scale, vy * scale))
         return None
+
+    def start_landing(self, i: int) -> Refusal | None:
+        """Go on with the mission at its landing, the nearest of several."""
+        number = self._landing(i)
+        refusal = Refusal("") if number is None else self.change_mode(i, Mode.MISSION)
+        if number is None or refusal is not None:
+            self.say(i, _WARNING, "Unable to start landing sequence")
+            return refusal
+        self.say(i, _INFO, "Landing sequence start")
+        self.set_current(i, number)
+        return None
+
+    def _landing(self, i: int) -> int | None:
+        """Number of the step at which the nearest landing begins; None: there is none."""
+        x, y, _ = self.place(i)
+        steps, nearest = self.plans[i].steps, (inf, -1)
+        for number, step in enumerate(steps):
+            placed = (s.position for s in steps[number + 1 :] if isfinite(s.position[0]))
+            if step.do is Do.LANDING and (there := next(placed, None)) is not None:
+                nearest = min(nearest, (hypot(there[0] - x, there[1] - y), number))
+        return None if nearest[1] < 0 else nearest[1]
+
+    def why_not_arm(self, i: int) -> str | None:
+        reason = super().why_not_arm(i)
+        unused = not self.parameters.get(i, "RTL_AUTOLAND") and self._landing(i) is not None
+        return "DO_LAND_START set and RTL_AUTOLAND disabled" if unused and not reason else reason
 
     def _go_on(self, i: int, way: tuple[float, float, float, float, float]) -> None:
         """Place and velocity over ground, NaN where there is none, at a height."""
@@ -188,8 +215,22 @@ def _return(pilot: Pilot, i: int) -> Routine:
     height, radius = get(i, "RTL_ALTITUDE"), get(i, "RTL_RADIUS")
     top = hz + height if height >= 0 else pilot.place(i)[2]
     legs_of(pilot).set_circle(i, -radius if radius else nan)
+    autoland, circle = get(i, "RTL_AUTOLAND"), abs(legs_of(pilot).circle(i))
+    if autoland == _AUTOLAND_AT_ONCE and _lands(pilot, i):
+        return
+    if autoland == _AUTOLAND_AFTER:
+        legs_of(pilot).go(i, (hx, hy, top), nan, radius_m=1.5 * circle)
+        yield
+        if _lands(pilot, i):
+            return
     legs_of(pilot).go(i, (hx, hy, top), nan)
     yield
+
+
+def _lands(pilot: Pilot, i: int) -> bool:
+    """It has left its return for the landing of its mission."""
+    assert isinstance(pilot, ArduPlane)
+    return pilot.start_landing(i) is None
 
 
 def _step_return(pilot: Pilot, i: int, step: Step) -> Routine:

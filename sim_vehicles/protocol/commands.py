@@ -158,6 +158,14 @@ def _change_guided(endpoint: Endpoint, order: Order) -> int:
     return _said(endpoint, pilot.change_heading(i, float(yaw_enu_from_ned(radians(asked)))))
 
 
+def _start_landing(endpoint: Endpoint, order: Order) -> int:
+    """DO_LAND_START, which ArduPlane alone has as a command."""
+    pilot = endpoint.pilot
+    if not isinstance(pilot, ArduPlane):
+        return UNSUPPORTED
+    return _said(endpoint, pilot.start_landing(endpoint.index))
+
+
 def _set_home(endpoint: Endpoint, order: Order) -> int:
     pilot, i = endpoint.pilot, endpoint.index
     if order.whole(1) == 1:
@@ -258,6 +266,7 @@ def _place(endpoint: Endpoint, order: Order) -> Vector | None:
 
 
 COMMANDS: Final[dict[int, Command]] = {
+    mav.MAV_CMD_DO_LAND_START: _start_landing,
     GUIDED_CHANGE_SPEED: _change_guided,
     GUIDED_CHANGE_ALTITUDE: _change_guided,
     GUIDED_CHANGE_HEADING: _change_guided,

@@ -18,14 +18,22 @@ _PLACES: Final[dict[int, Do]] = {
     mav.MAV_CMD_NAV_LOITER_UNLIM: Do.STAY,
     mav.MAV_CMD_NAV_LOITER_TIME: Do.GO,
     mav.MAV_CMD_NAV_LOITER_TO_ALT: Do.GO,
+    mav.MAV_CMD_NAV_LOITER_TURNS: Do.CIRCLE,
+    mav.MAV_CMD_NAV_SPLINE_WAYPOINT: Do.GO,
     mav.MAV_CMD_NAV_LAND: Do.LAND,
     mav.MAV_CMD_NAV_TAKEOFF: Do.TAKE_OFF,
 }
 _TO_ALT: Final[int] = mav.MAV_CMD_NAV_LOITER_TO_ALT
-_LOITERS: Final = (_TO_ALT, mav.MAV_CMD_NAV_LOITER_UNLIM, mav.MAV_CMD_NAV_LOITER_TIME)
+_LOITERS: Final = (
+    *(_TO_ALT, mav.MAV_CMD_NAV_LOITER_UNLIM, mav.MAV_CMD_NAV_LOITER_TIME),
+    mav.MAV_CMD_NAV_LOITER_TURNS,
+)
 _ORDERS: Final[dict[int, Do]] = {
     mav.MAV_CMD_NAV_RETURN_TO_LAUNCH: Do.RETURN,
     mav.MAV_CMD_NAV_DELAY: Do.PAUSE,
+    mav.MAV_CMD_CONDITION_DELAY: Do.NOTHING,
+    mav.MAV_CMD_CONDITION_DISTANCE: Do.NOTHING,
+    mav.MAV_CMD_CONDITION_YAW: Do.TURN,
     mav.MAV_CMD_DO_JUMP: Do.JUMP,
     mav.MAV_CMD_DO_CHANGE_SPEED: Do.SPEED,
     mav.MAV_CMD_DO_SET_HOME: Do.NOTHING,
@@ -41,7 +49,7 @@ _ORDERS: Final[dict[int, Do]] = {
     mav.MAV_CMD_SET_CAMERA_MODE: Do.NOTHING,
     mav.MAV_CMD_SET_CAMERA_ZOOM: Do.NOTHING,
     mav.MAV_CMD_SET_CAMERA_FOCUS: Do.NOTHING,
-    mav.MAV_CMD_DO_LAND_START: Do.NOTHING,
+    mav.MAV_CMD_DO_LAND_START: Do.LANDING,
     mav.MAV_CMD_DO_SET_ROI: Do.NOTHING,
     mav.MAV_CMD_DO_SET_ROI_NONE: Do.NOTHING,
     mav.MAV_CMD_DO_DIGICAM_CONTROL: Do.NOTHING,
@@ -55,14 +63,27 @@ _ORDERS: Final[dict[int, Do]] = {
 }
 """As PX4: places come in global frames, orders in the frame MISSION."""
 
-_CONDITIONS: Final[frozenset[int]] = frozenset(
+_NOT_PX4: Final[frozenset[int]] = frozenset(
     (
-        mav.MAV_CMD_CONDITION_DELAY,
-        mav.MAV_CMD_CONDITION_DISTANCE,
+        mav.MAV_CMD_NAV_LOITER_TURNS,
+        mav.MAV_CMD_NAV_SPLINE_WAYPOINT,
         mav.MAV_CMD_CONDITION_YAW,
+        mav.MAV_CMD_DO_SET_SERVO,
+        mav.MAV_CMD_SET_CAMERA_ZOOM,
     )
 )
-"""ArduPilot's; here they are met at once."""
+_NOT_ARDUPILOT: Final[frozenset[int]] = frozenset(
+    (
+        mav.MAV_CMD_DO_SET_ACTUATOR,
+        mav.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET,
+        mav.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE,
+        mav.MAV_CMD_DO_TRIGGER_CONTROL,
+        mav.MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL,
+        mav.MAV_CMD_DO_MOUNT_CONFIGURE,
+        mav.MAV_CMD_SET_CAMERA_MODE,
+    )
+)
+"""What only the other one takes."""
 _ACCEPTED: Final[int] = mav.MAV_MISSION_ACCEPTED
 _UNSUPPORTED: Final[int] = mav.MAV_MISSION_UNSUPPORTED
 
@@ -125,8 +146,10 @@ def why_not(item: Item, mission_type: int, *, any_frame: bool = False) -> int:
     if mission_type != mav.MAV_MISSION_TYPE_MISSION:
         known = FENCE_ITEMS if mission_type == mav.MAV_MISSION_TYPE_FENCE else _RALLY_ITEMS
         return _bad_place(item) if item.command in known else _UNSUPPORTED
+    if item.command in (_NOT_ARDUPILOT if any_frame else _NOT_PX4):
+        return _UNSUPPORTED
     if any_frame:
-        if item.command in _ORDERS or item.command in _CONDITIONS:
+        if item.command in _ORDERS:
             return _ACCEPTED
         return _not_finite(item) or _bad_place(item) if item.command in _PLACES else _UNSUPPORTED
     if item.frame == mav.MAV_FRAME_MISSION:
@@ -183,7 +206,10 @@ def _step(item: Item, origin: Geodetic, home_z: float) -> Step:
     if do in (Do.TAKE_OFF, Do.LAND) and item.x == 0 and item.y == 0:
         position = (nan, nan, position[2])
     wait = max(pause, 0.0)
-    return Step(do, position, yaw_rad=yaw, radius_m=radius, circle_m=circle, pause_s=wait)
+    rounds = max(_number(item.param1, 0.0), 0.0) if do is Do.CIRCLE else 0.0
+    return Step(
+        do, position, yaw_rad=yaw, radius_m=radius, circle_m=circle, pause_s=wait, rounds=rounds
+    )
 
 
 def _order(item: Item) -> Step:
@@ -193,6 +219,11 @@ def _order(item: Item) -> Step:
     if do is Do.SPEED:
         speed = _number(item.param2, -1.0)
         return Step(do, speed_m_s=min(speed, 1e3) if speed > 0 else nan)
+    if do is Do.TURN:
+        relative = _number(item.param4, 0.0) != 0.0
+        angle = item.param1 * pi / 180.0 if abs(item.param1) < 1e4 else nan
+        way = -1.0 if _number(item.param3, 1.0) < 0.0 else 1.0
+        return Step(do, yaw_rad=-way * angle if relative else pi / 2 - angle, relative=relative)
     return Step(do, pause_s=max(_number(item.param1, 0.0), 0.0) if do is Do.PAUSE else 0.0)
 
 

@@ -39,6 +39,7 @@ from uavbridge.vehicle.api import (
     LandHere,
     Mode,
     Refused,
+    ReturnHome,
     Said,
     SetNet,
     SetVelocity,
@@ -81,6 +82,7 @@ class Flight:
         self._refusal = ""
         self._net_set = plan.net is None
         self._granted = False  # what the phase asks for was done: take-off, landing
+        self._returns = False  # an aircraft that can not land is left circling over home
         self._effects: list[Effect] = []
         self._pending: list[Effect] = []
 
@@ -145,6 +147,9 @@ class Flight:
                 self._fail(reason, inputs.t_us)
             case Refused(Arm(), reason) if self.phase is Phase.ARM:
                 self._refused(reason, "arming refused: ")
+            case Refused(LandHere(), reason) if self._circles_to_land:
+                self._refused(f"no landing: {reason}")
+                self._returns = True
             case Refused(command, reason):
                 self._refused(f"{type(command).__name__} refused: {reason}")
                 self._orders.settle(command, reason, inputs.t_us)
@@ -352,12 +357,18 @@ class Flight:
             # PX4's rovers are "in the air" when armed, but in its mode for landing.
             self._ask(LandHere() if state.in_air else Disarm(), t_us)
 
+    @property
+    def _circles_to_land(self) -> bool:
+        return self.phase is Phase.LAND and self.course.handling.circles
+
     def _land(self, state: VehicleState, t_us: int) -> None:
         if not state.armed and not state.in_air:
             self._enter(Phase.DONE, t_us)
-        elif self.course.handling.circles and state.mode is Mode.RETURN:
+        elif self._returns and state.mode is Mode.RETURN:
             self._tell("circles over home by its autopilot, which is to land it")
             self._enter(Phase.DONE, t_us)
+        elif self._returns:
+            self._ask(ReturnHome(), t_us)
         elif state.mode is not Mode.LAND and not self._granted:
             self._ask(LandHere(), t_us)
 

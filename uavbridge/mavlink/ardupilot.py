@@ -14,7 +14,15 @@ from sim_vehicles.codec import mav
 from uavbridge.mavlink.commands import Order
 from uavbridge.mavlink.identity import SYSTEM
 from uavbridge.mavlink.parameters import Kind
-from uavbridge.mavlink.plan import Plan, SetParameter, Setting, Step, arming, set_mode
+from uavbridge.mavlink.plan import (
+    Plan,
+    ProvideLanding,
+    SetParameter,
+    Setting,
+    Step,
+    arming,
+    set_mode,
+)
 from uavbridge.mavlink.wishes import Wish
 from uavbridge.vehicle.api import (
     Arm,
@@ -94,7 +102,7 @@ _SHORTEST_GCS_LOSS_S, _LONGEST_GCS_LOSS_S = 2.0, 120.0
 _ALTITUDE, _CIRCLE, _POLYGON = 1, 2, 4  # bits of FENCE_TYPE
 _SMALLEST_FENCE_M: Final = 30.0
 _LOWEST_FENCE_M: Final = 10.0
-_PLANE_ROOM_M: Final = 300.0  # for its circles and turns
+_PLANE_ROOM_M: Final = 600.0  # for its turns, and to come down before it lands
 
 
 class ArduPilot:
@@ -118,6 +126,7 @@ class ArduPilot:
         self.name: Final = name
         self.kind: Final = kind
         self.repositions: Final = kind == "plane"
+        self.lands_by_mission: Final = kind == "plane"
         self._modes = modes
         self._guided, self._hold, self._home = guided, hold, home
 
@@ -196,7 +205,7 @@ class ArduRover(ArduPilot):
 
 
 class ArduPlane(ArduPilot):
-    """Takes off in a mode of its own; lands by its return, where that is set up to."""
+    """Takes off in a mode of its own; lands by a landing sequence in its mission."""
 
     def _take_off(self, height_m: float) -> Plan:
         setting = SetParameter("TKOFF_ALT", height_m, Kind.INT16)
@@ -204,7 +213,8 @@ class ArduPlane(ArduPilot):
         return Plan(steps, Mode.TAKEOFF)
 
     def _land(self) -> Plan:
-        return Plan((set_mode(self._home),), Mode.RETURN)
+        start = Order(mav.MAV_CMD_DO_LAND_START, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        return Plan((ProvideLanding(), start), Mode.MISSION)
 
     def net(self, net: Net) -> tuple[Setting, ...]:
         byte, real = Kind.INT8, Kind.REAL32

@@ -44,6 +44,11 @@ class Flavour(Protocol):
         """It flies to points given one at a time, and takes no setpoints."""
         ...
 
+    @property
+    def lands_by_mission(self) -> bool:
+        """It lands by items of its mission alone."""
+        ...
+
     def mode(self, custom_mode: int) -> tuple[Mode, str]:
         """The mode of a heartbeat, and the autopilot's own name of it."""
         ...

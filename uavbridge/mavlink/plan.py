@@ -29,7 +29,12 @@ class Lead:
     duration_s: float
 
 
-Step: TypeAlias = Order | SetParameter | Lead
+@dataclass(frozen=True, slots=True)
+class ProvideLanding:
+    """See to it that the autopilot's mission has a landing."""
+
+
+Step: TypeAlias = Order | SetParameter | Lead | ProvideLanding
 
 
 @dataclass(frozen=True, slots=True)

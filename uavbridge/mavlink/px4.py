@@ -59,6 +59,7 @@ class Px4:
     bytewise_parameters: Final = True
     streams: Final[tuple[Wish, ...]] = ()
     repositions: Final = False
+    lands_by_mission: Final = False
 
     def __init__(self, kind: VehicleKind = "multirotor") -> None:
         self.kind: Final = kind

@@ -7,7 +7,7 @@ Hundreds of messages arrive for every look, so a handler does no more than store
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import dist, isfinite, nan, radians
+from math import atan2, dist, isfinite, nan, radians
 from typing import Any, Final
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from sim_vehicles.codec import mav
 from sim_vehicles.geodesy import Geodetic, to_enu
 from uavbridge.mavlink.flavour import Flavour, flavour_of
+from uavbridge.mavlink.landings import Runway
 from uavbridge.mavlink.local_frame import LocalFrame, heading_to_yaw, shifted
 from uavbridge.vehicle.api import Mode, VehicleState
 
@@ -86,6 +87,8 @@ class Telemetry:
         self.frame_exact = False
         """The frame's origin was told as such, not concluded from the home position."""
         self.has_home = False
+        self._home: Geodetic | None = None
+        self._set_out_rad: float | None = None  # heading at which it was armed
 
     @property
     def has_position(self) -> bool:
@@ -129,7 +132,10 @@ class Telemetry:
             return
         self.heartbeats += 1
         flavour = self.flavour = flavour_of(message.autopilot, message.type)
-        self.armed = bool(message.base_mode & _ARMED)
+        armed = bool(message.base_mode & _ARMED)
+        if armed and not self.armed and self.heartbeats > 1:
+            self._set_out_rad = self._heading_rad
+        self.armed = armed
         self._active = message.system_status == _ACTIVE
         if not isinstance(flavour, str):
             self.mode, self.mode_text = flavour.mode(message.custom_mode)
@@ -184,12 +190,26 @@ class Telemetry:
             self.frame = LocalFrame(origin, self._mission)
 
     def _home_position(self, m: Any, t_us: int) -> None:
-        if not _on_earth(m.latitude, m.longitude) or not isfinite(m.x + m.y + m.z):
+        if not _on_earth(m.latitude, m.longitude):
+            return
+        self._home = home = Geodetic(m.latitude * 1e-7, m.longitude * 1e-7, m.altitude * 1e-3)
+        if not isfinite(m.x + m.y + m.z):
             return
         self.has_home = True
         if not self.frame_exact:
-            home = Geodetic(m.latitude * 1e-7, m.longitude * 1e-7, m.altitude * 1e-3)
             self.frame = LocalFrame(shifted(home, (-m.x, -m.y, -m.z)), self._mission)
+
+    def runway(self) -> Runway:
+        """Home, along the heading at which it was armed; else straight on from where it is."""
+        here = self._mission
+        if self._global is not None:
+            here = Geodetic(self._global[0] * 1e-7, self._global[1] * 1e-7, 0.0)
+        home = self._home or here
+        heading_rad = self._set_out_rad
+        if heading_rad is None:
+            east, north, _ = to_enu(home.latitude_deg, home.longitude_deg, 0.0, here)
+            heading_rad = atan2(east, north)
+        return Runway(home, heading_rad)
 
     def state(
         self, *, link_ok: bool, waiting_for: tuple[str, ...], stale: bool = False

@@ -14,8 +14,9 @@ from typing import Final
 from sim_vehicles.codec import mav
 from uavbridge.clock import to_us
 from uavbridge.mavlink.commands import Commands, Order, Verdict
+from uavbridge.mavlink.landings import Landings
 from uavbridge.mavlink.parameters import Parameters
-from uavbridge.mavlink.plan import Lead, Plan, SetParameter
+from uavbridge.mavlink.plan import Lead, Plan, ProvideLanding, SetParameter
 from uavbridge.mavlink.telemetry import Telemetry
 from uavbridge.vehicle.api import Arm, Command, Disarm, Done, Follow, Mode, Refused, VehicleEvent
 
@@ -57,8 +58,14 @@ def _rivals(a: Command, b: Command) -> bool:
 class Errands:
     """All commands of one vehicle that have no result yet."""
 
-    def __init__(self, commands: Commands, parameters: Parameters, telemetry: Telemetry) -> None:
-        self._commands, self._parameters = commands, parameters
+    def __init__(
+        self,
+        commands: Commands,
+        parameters: Parameters,
+        landings: Landings,
+        telemetry: Telemetry,
+    ) -> None:
+        self._commands, self._parameters, self._landings = commands, parameters, landings
         self._telemetry = telemetry
         self._errands: list[_Errand] = []
         self._events: list[VehicleEvent] = []
@@ -67,7 +74,7 @@ class Errands:
     @property
     def idle(self) -> bool:
         """Nothing is on its way and nothing to tell."""
-        return not self._errands and not self._events
+        return not self._errands and not self._events and self._landings.idle
 
     @property
     def leading(self) -> bool:
@@ -91,6 +98,8 @@ class Errands:
         machine, ticket = errand.asked
         if errand.phase is _Phase.ASKED and machine == "command":
             self._commands.drop(ticket, t_us)
+        elif errand.phase is _Phase.ASKED and machine == "landing":
+            self._landings.drop(ticket)
         elif errand.phase is _Phase.ASKED:
             self._parameters.drop(ticket)
 
@@ -107,6 +116,7 @@ class Errands:
             self._run(errand, t_us, frames)
         frames += self._commands.due(t_us)
         frames += self._parameters.due(t_us)
+        frames += self._landings.due(t_us)
         self._take_verdicts(t_us)  # of those given up just now
         events, self._events = self._events, []
         return events, frames
@@ -116,6 +126,8 @@ class Errands:
             self._judge("command", verdict, t_us)
         for verdict in self._parameters.take():
             self._judge("parameter", verdict, t_us)
+        for verdict in self._landings.take():
+            self._judge("landing", verdict, t_us)
 
     def _judge(self, machine: str, verdict: Verdict, t_us: int) -> None:
         for errand in self._errands:
@@ -156,6 +168,9 @@ class Errands:
             case SetParameter(name, value, kind):
                 errand.phase = _Phase.ASKED
                 errand.asked = ("parameter", self._parameters.set(name, value, kind, t_us))
+            case ProvideLanding():
+                errand.phase = _Phase.ASKED
+                errand.asked = ("landing", self._landings.provide(t_us))
             case order:
                 errand.phase = _Phase.ASKED
                 errand.asked = ("command", self._commands.ask(order, t_us))

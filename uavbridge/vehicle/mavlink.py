@@ -13,6 +13,7 @@ from uavbridge.clock import to_us
 from uavbridge.mavlink.commands import Commands, Order
 from uavbridge.mavlink.exchange import Patience
 from uavbridge.mavlink.identity import COMPONENT, SYSTEM, heartbeat
+from uavbridge.mavlink.landings import Landings
 from uavbridge.mavlink.link import Link
 from uavbridge.mavlink.parameters import Parameters
 from uavbridge.mavlink.reposition import Repositions
@@ -91,7 +92,9 @@ class MavlinkVehicle:
         self._telemetry = Telemetry(origin)
         self._commands = Commands(self._encoder, system)
         self._parameters = Parameters(self._encoder, system)
-        self._errands = Errands(self._commands, self._parameters, self._telemetry)
+        self._landings = Landings(self._encoder, system, self._telemetry.runway)
+        self._errands = Errands(self._commands, self._parameters, self._landings, self._telemetry)
+        self._net_next: SetNet | RestoreNet | None = None  # waits for the landing of before
         self._net_parameters = Parameters(self._encoder, system, patience=_NET_PATIENCE)
         self.net = SafetyNet(self._net_parameters)
         self._readiness = Readiness(system, self._telemetry)
@@ -104,6 +107,11 @@ class MavlinkVehicle:
         self._handlers: dict[str, Callable[[Any, int], None]] = self._telemetry.handlers | {
             "COMMAND_ACK": self._ack,
             "PARAM_VALUE": self._parameter,
+            "MISSION_COUNT": self._mission,
+            "MISSION_ITEM_INT": self._mission,
+            "MISSION_REQUEST": self._mission,
+            "MISSION_REQUEST_INT": self._mission,
+            "MISSION_ACK": self._mission,
         }
         self._now_us = 0
         self._heard_us: float = -inf
@@ -153,11 +161,12 @@ class MavlinkVehicle:
         if isinstance(flavour, str):
             self._errands.refuse(command, flavour)
             return
-        if isinstance(command, SetNet):
-            self.net.start(command, flavour.net(command.net), t_us)
-            return
-        if isinstance(command, RestoreNet):
-            self.net.restore(t_us)
+        if isinstance(command, SetNet | RestoreNet):
+            if flavour.lands_by_mission and self._net_next is None and self.net.idle:
+                self._net_next = command
+                self._landings.remove(t_us)
+            elif not flavour.lands_by_mission:
+                self._start_net(command, t_us)
             return
         if isinstance(command, TakeOff) and not 0.0 < command.height_m <= HIGHEST_M:
             self._errands.refuse(command, f"{command.height_m} m is no height to take off to")
@@ -165,6 +174,13 @@ class MavlinkVehicle:
         if not isinstance(command, Arm | Disarm | Follow):
             self._setpoint = None
         self._errands.start(command, flavour.plan(command), t_us)
+
+    def _start_net(self, command: SetNet | RestoreNet, t_us: int) -> None:
+        flavour = self._telemetry.flavour
+        if isinstance(command, RestoreNet):
+            self.net.restore(t_us)
+        elif not isinstance(flavour, str):
+            self.net.start(command, flavour.net(command.net), t_us)
 
     def advance(self, t_us: int) -> tuple[VehicleEvent, ...]:
         self._now_us = t_us
@@ -186,6 +202,9 @@ class MavlinkVehicle:
             told, frames = self._errands.advance(t_us)
             events = events + told
             out += frames
+        if self._net_next is not None and not self._landings.busy:
+            self._start_net(self._net_next, t_us)
+            self._net_next = None
         if not self.net.idle:
             told, frames = self.net.advance(t_us)
             events = events + told
@@ -241,6 +260,7 @@ class MavlinkVehicle:
         self._heard_us = t_us
         self._commands.component = component
         flavour = self._telemetry.flavour
+        self._landings.component = component
         for parameters in (self._parameters, self._net_parameters):
             parameters.component = component
             if not isinstance(flavour, str):
@@ -278,9 +298,16 @@ class MavlinkVehicle:
         self.net.hear(message, t_us)
 
     def _ack(self, message: Any, t_us: int) -> None:
-        system, component = self._source
-        if message.target_system in (0, system) and message.target_component in (0, component):
+        if self._is_for_us(message):
             self._commands.hear(message, t_us)
+
+    def _mission(self, message: Any, t_us: int) -> None:
+        if self._is_for_us(message):
+            self._landings.hear(message, t_us)
+
+    def _is_for_us(self, message: Any) -> bool:
+        system, component = self._source
+        return message.target_system in (0, system) and message.target_component in (0, component)
 
     def _say(self, message: Any, component: int, t_us: int) -> None:
         for severity, text in self._texts.hear(message, component):

@@ -93,12 +93,8 @@ def test_guided_by_an_item(gcs):
     assert gcs.position[2] == pytest.approx(60.0, abs=2.0)
 
 
-def test_a_mission_ends_in_return(gcs):
-    rows = [
-        (16, 0, HOME[0], 0.0),
-        (22, 6, north(200.0), 40.0),
-        (16, 6, north(500.0), 60.0),
-    ]
+def upload(gcs, *rows):
+    """Items as (command, frame, latitude, height)."""
     gcs.send(mavlink.MAVLink_mission_count_message(1, 1, len(rows), 0))
     for seq, (command, frame, x, z) in enumerate(rows):
         gcs.fly(0.1)
@@ -109,6 +105,10 @@ def test_a_mission_ends_in_return(gcs):
         )
     gcs.fly(0.1)
     assert gcs.newest("MISSION_ACK").type == 0
+
+
+def test_a_mission_ends_in_return(gcs):
+    upload(gcs, (16, 0, HOME[0], 0.0), (22, 6, north(200.0), 40.0), (16, 6, north(500.0), 60.0))
     assert gcs.mode_to(AUTO) == gcs.arm() == 0
     gcs.fly(90, until=lambda: gcs.mode == "RTL")
     assert [each.seq for each in gcs.all("MISSION_ITEM_REACHED")] == [1, 2]
@@ -144,3 +144,27 @@ def test_a_setpoint_of_a_height_alone(station):
     )
     gcs.fly(25)
     assert gcs.position[2] == pytest.approx(70.0, abs=1.0)
+
+
+LANDING = ((16, 0, HOME[0], 0.0), (189, 3, 0, 0.0), (31, 3, north(-400.0), 35.0),
+           (21, 3, HOME[0], 0.0))  # fmt: skip
+
+
+def test_a_landing_sequence_is_flown_after_the_return(gcs):
+    assert gcs.command(189) == FAILED
+    assert "Unable to start landing sequence" in gcs.texts
+    upload(gcs, *LANDING)
+    assert gcs.mode_to(TAKEOFF) == 0
+    assert gcs.arm() == FAILED
+    assert "DO_LAND_START set and RTL_AUTOLAND disabled" in " ".join(gcs.texts)
+    gcs.param("RTL_AUTOLAND", 1)
+    assert gcs.arm() == 0
+    gcs.fly(10)
+    assert gcs.mode_to(GUIDED) == gcs.command(189) == 0
+    gcs.fly(0.5)
+    assert gcs.mode == "AUTO"
+    assert gcs.mode_to(RTL) == 0
+    gcs.fly(200, until=lambda: not gcs.armed)
+    assert not gcs.armed
+    assert away(gcs, 0.0, 0.0) < 120.0
+    assert gcs.texts.count("Landing sequence start") == 2
