@@ -3,13 +3,16 @@
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
-from tests.integration.missions import launch, write
+from tests.integration.missions import write
 from uavbridge import config
 from uavbridge.bus.messages import decode_truth
+from uavbridge.bus.zenoh_bus import Router
+from uavbridge.place.agent import patch_of
 from uavbridge.recording.reader import Recording
 from uavbridge.replay.verify import verify
 from uavbridge.runner.launch import fly
@@ -75,11 +78,16 @@ def mission(folder, form="places", radio="", extra=""):
     return write(folder, MISSION.format(form=form, radio=radio) + extra, f"{form}.toml")
 
 
-def flown(path, folder):
+def flown(path, folder, **changes):
     """Fly a mission in lockstep, without a report."""
     if folder is not None:
         folder.mkdir()
-    return fly(config.load(path, {"clock": "stepped"}), folder=folder)
+    return fly(config.load(path, {"clock": "stepped", **changes}), folder=folder)
+
+
+def paced(path, folder, duration_s):
+    """Fly a mission six times as fast as real time, without a report."""
+    return flown(path, folder, clock="paced", speed=6.0, duration=duration_s)
 
 
 def nearest(folder):
@@ -133,6 +141,7 @@ def place_agent(tmp_path):
             stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
         children.append(child)
+        assert child.stdout.readline().startswith("place agents 1001")
         return child
 
     yield start
@@ -141,21 +150,49 @@ def place_agent(tmp_path):
         child.communicate(timeout=10)
 
 
-def test_paced_over_zenoh_with_a_place_agent_alone(tmp_path, place_agent):
-    from uavbridge.bus.zenoh_bus import Router
+def tile(folder):
+    """What the place agent stored last."""
+    return patch_of((folder / "place-1001.tile").read_bytes()[8:])
 
-    with Router() as router:
+
+def until(condition, limit_s=150.0):
+    """Wait for something to become true."""
+    end = time.monotonic() + limit_s
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.1)
+
+
+def test_a_place_agent_alone_is_killed_comes_back_and_forgets_for_the_next_run(
+    tmp_path, place_agent
+):
+    stored = tmp_path / "tiles" / "place-1001.tile"
+    with Router() as router, ThreadPoolExecutor(1) as aside:
         extra = f'\n[bus]\nrouter = "{router.endpoint}"\n'
         text = MISSION.format(form="places", radio="").replace(
             'form = "places"', 'form = "places"\nremote = [1001]'
         )
         path = write(tmp_path, text + extra)
         child = place_agent(path, router.endpoint, 1001)
-        assert child.stdout.readline().startswith("place agents 1001")
-        time.sleep(0.5)
-        done = launch(path, "--headless", "--speed", "6", "--out", tmp_path / "out")
-        assert "mission time" in done.stdout, done.stderr
-    assert (tmp_path / "tiles" / "place-1001.tile").exists()
+
+        def kill_and_restart():
+            until(lambda: stored.exists() and tile(stored.parent).step >= 8)
+            child.kill()
+            child.wait()
+            before = tile(stored.parent)
+            place_agent(path, router.endpoint, 1001)
+            return before
+
+        restarted = aside.submit(kill_and_restart)
+        result = paced(path, tmp_path / "out", 45.0)
+        assert not result.failures
+        before, after = restarted.result(), tile(stored.parent)
+        assert after.step > before.step + 2
+        worn = before.layers[2] < 1.0
+        assert worn.any()
+        assert (after.layers[2][worn] < 1.0).all(), "what it stored is what it went on from"
+        paced(path, None, 5.0)
+        assert tile(stored.parent).step < after.step, "another run begins anew"
     answers = [m for m in Recording(tmp_path / "out").messages() if m.topic.startswith("answer/")]
     assert len(answers) > 20
     assert nearest(tmp_path / "out") > 0.0

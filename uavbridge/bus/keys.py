@@ -21,6 +21,7 @@ TRUTH = "world/truth"
 MISSION = "world/mission"
 PAST = "world/past"
 BRIEFING = "world/briefing"
+RUN = "world/run"
 REFUSED = "world/refused"
 EVERYONE = "all"
 ALL_ALIVE = "uavbridge/*/alive/*"  # of every mission, so not relative to one
@@ -69,10 +70,10 @@ SPACES: dict[str, Space] = {
     "state": Space("state/<agent>[/map | /ack]", "the agent", "people: monitor, recorder, judge"),
     # Where the simulated vehicles truly are: for Radio alone.
     # Beside them the mission as it is flown, targets and all, and its past: for people; and
-    # world/briefing, what a process of agents is told before it flies; world/refused, whom the
-    # router turned away.
+    # world/briefing, what a process of agents is told before it flies; world/run, which flight of
+    # the mission it is, for place agents alone; world/refused, whom the router turned away.
     "world": Space(
-        "world/truth, world/mission, world/past, world/briefing, world/refused",
+        "world/truth, world/mission, world/past, world/briefing, world/run, world/refused",
         "the simulation, the launcher, the router",
         "the radio's decision, recorder, people",
     ),

@@ -131,6 +131,7 @@ def _roles(agents: Iterable[int]) -> list[_Role]:
                     keys.cmd(agent),
                     keys.TRUTH,
                     keys.BRIEFING,
+                    keys.RUN,
                 ),
             )
             for agent in agents

@@ -106,7 +106,7 @@ def _keep(
     """Place agents alone."""
     from uavbridge.config.pheromones import tiles
     from uavbridge.runner.interrupts import interrupts
-    from uavbridge.runner.places import keep_alone
+    from uavbridge.runner.keeping import keep_alone
 
     if ids:
         raise ConfigError("--place: not together with --id")

@@ -26,7 +26,7 @@ from uavbridge.mavlink.link import Link
 from uavbridge.mavlink.udp import UdpLink
 from uavbridge.mavlink.urls import open_link
 from uavbridge.recording.recorder import Recorder
-from uavbridge.runner import assemble
+from uavbridge.runner import assemble, keeping
 from uavbridge.runner.control import (
     AHEAD_US,
     CONTROL_US,
@@ -147,7 +147,7 @@ def fly_paced(
         host = build_host(mission, plans, vehicles, bus, recorder)
         elsewhere = {a: v for a, v in vehicles.items() if mission.endpoint(a) is not None}
         progress = _with_payloads(mission, session, progress)
-        progress = _with_places(mission, session, progress)
+        progress = _with_places(mission, session, progress, recorder.epoch_ns)
         progress = _with_notes(NetNotes(elsewhere, recorder), progress)
         began_us = _go_on(earlier, paced, host, judge, vehicles) if earlier else 0
         _loop(clock, host, crew, judge, simulation, progress, stop, began_us)
@@ -250,10 +250,16 @@ def _with_payloads(
     return sense
 
 
-def _with_places(mission: Mission, session: Callable[[], ZenohBus], progress: Progress) -> Progress:
-    """The launcher hosts the mission's place agents, if it has any."""
+def _with_places(
+    mission: Mission, session: Callable[[], ZenohBus], progress: Progress, run: int
+) -> Progress:
+    """The launcher hosts the mission's place agents, if it has any, and tells the others the run."""
     table = mission.stigmergy()
-    keepers = None if table is None or table.form == "copies" else places_of(mission, session())
+    if table is None or table.form == "copies":
+        return progress
+    bus = session()
+    keeping.tell_run(bus, run)
+    keepers = places_of(mission, bus)
     if keepers is None:
         return progress
     hosted = keepers

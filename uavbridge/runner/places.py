@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, MutableMapping, Sequence
-from contextlib import suppress
-from pathlib import Path
+from collections.abc import MutableMapping, Sequence
 
-from msgspec import DecodeError
-
-from uavbridge.agent.report import decode as decode_report
-from uavbridge.bus import keys
 from uavbridge.bus.air import Air
 from uavbridge.bus.api import Bus
-from uavbridge.bus.messages import decode_truth
-from uavbridge.bus.security import Identity
 from uavbridge.bus.truth import TruthTrack
-from uavbridge.bus.zenoh_bus import ZenohBus
-from uavbridge.clock import SECOND_US, pause, to_us
+from uavbridge.clock import SECOND_US, to_us
 from uavbridge.config import Mission
 from uavbridge.config.pheromones import Pheromones, keeper_law
 from uavbridge.config.radio import radio_of
@@ -25,7 +15,6 @@ from uavbridge.place.channel import PlaceAir
 from uavbridge.place.host import PlaceHost
 from uavbridge.place.layout import sites_of
 from uavbridge.place.service import Asking, Copies, Service
-from uavbridge.place.store import Store
 from uavbridge.runner import assemble
 
 CONTROL_US = 100_000  # between two steps of place agents alone
@@ -95,71 +84,6 @@ def places_of(
         store=kept,
         failures=table.failures,
     )
-
-
-def keep_alone(
-    mission: Mission,
-    places: Sequence[int],
-    *,
-    router: str,
-    store: Path | None,
-    identity: Identity | None,
-    wait_s: float,
-    stop: Callable[[], bool],
-    tell: Callable[[str], None],
-) -> None:
-    """Place agents in a process of their own, until they are told to stop.
-
-    They follow mission time by the true positions and the messages that the bus brings, and go
-    on while a mission of the name flies; a store lets them go on from where they were.
-
-    Args:
-        mission: as the launcher flies it.
-        places: their ids.
-        router: zenoh endpoint.
-        store: folder for their tiles; None: they forget.
-        identity: of this session.
-        wait_s: for the router.
-        stop: asked again and again.
-        tell: is told what people need to know.
-
-    Raises:
-        BusError: no router.
-        ConfigError: the store cannot be written to.
-    """
-    kept = None if store is None else Store(store)
-    with ZenohBus(router, mission.name, wait_s=wait_s, identity=identity) as bus:
-        clock = _Heard(bus)
-        keepers = places_of(mission, bus, places, {} if kept is None else kept)
-        assert keepers is not None
-        tell(f"place agents {', '.join(map(str, places))}: router {router}")
-        done_us = -1
-        while not stop():
-            now_us = clock.now_us() // CONTROL_US * CONTROL_US
-            begins = now_us if done_us < 0 or now_us - done_us > BEHIND_US else done_us + CONTROL_US
-            for t_us in range(begins, now_us + 1, CONTROL_US):
-                keepers.step(t_us)
-                done_us = t_us
-            pause(LOOK_S)
-
-
-class _Heard:
-    """Mission time, as the bus tells it."""
-
-    def __init__(self, bus: Bus) -> None:
-        self._mailboxes = [bus.subscribe(keys.TRUTH), bus.subscribe("state/*")]
-        self._rejects: Counter[str] = Counter()
-        self._now_us = 0
-
-    def now_us(self) -> int:
-        truths, states = (mailbox.drain() for mailbox in self._mailboxes)
-        for sample in truths:
-            truth = decode_truth(sample.data, self._rejects)
-            self._now_us = max(self._now_us, 0 if truth is None else truth.t_us)
-        for sample in states:
-            with suppress(DecodeError):
-                self._now_us = max(self._now_us, decode_report(sample.data).t_us)
-        return self._now_us
 
 
 def _hosted(table: Pheromones, places: Sequence[int]) -> list[int]:

@@ -16,8 +16,9 @@ from uavbridge.bus.local import LocalHub
 from uavbridge.bus.tiles import Tiling
 from uavbridge.bus.wire import KEYFRAME, Frame
 from uavbridge.config.pheromones import Failure
+from uavbridge.errors import ConfigError
 from uavbridge.place import trailer
-from uavbridge.place.agent import Site
+from uavbridge.place.agent import PlaceAgent, Site
 from uavbridge.place.channel import PlaceAir
 from uavbridge.place.host import PlaceHost
 from uavbridge.place.service import Asking, Copies, word_of
@@ -183,6 +184,22 @@ def test_marks_signal_after_the_period_and_survive_in_a_store(tmp_path):
     assert local.target.max() > 0.0
 
 
+def test_a_store_belongs_to_one_run_and_survives_what_is_no_tile(tmp_path, caplog):
+    store = Store(tmp_path / "tiles", run=3)
+    store[1001] = b"tile"
+    assert dict(Store(tmp_path / "tiles", run=3)) == {1001: b"tile"}
+    assert dict(Store(tmp_path / "tiles", run=4)) == {}
+    (tmp_path / "tiles" / "place-1001.tile").write_bytes(b"no")
+    assert 1001 not in store
+    (tmp_path / "tiles" / "place-1002.new").mkdir()
+    store[1002] = b"cannot be"
+    store[1002] = b"written"
+    assert caplog.text.count("not written") == 1
+    (tmp_path / "file").touch()
+    with pytest.raises(ConfigError, match="--store"):
+        Store(tmp_path / "file")
+
+
 def frame(sender, tick, payload=b""):
     place = (0.0, 0.0, 40.0)
     return Frame(KEYFRAME, sender, tick, tick * SECOND, place, (0.0,) * 3, payload, 0, b"")
@@ -237,7 +254,7 @@ def test_nonsense_is_counted_never_raised(data):
         assert sum(rejects.values()) == 1
     said = Said(3, 1001, 5, (1.0, 2.0, 3.0), data)
     assert decode_said(encode_said(said)) == said
-    agent = World().places.places[1001]
+    agent = PlaceAgent(SITES[0], {1002: BOXES[1002]}, GRID.shape, LAW)
     before = agent.rejected
     agent.heard(1, data)
     agent.told(data)
