@@ -77,6 +77,7 @@ class Setpoints:
     max_down: F64  # (n,) m/s
     motors: Bools  # (n,) spinning; where False the vehicle falls, or rests
     radius: F64  # (n,) m, of circles of those that cannot stop; positive: counter-clockwise
+    attitude: F64  # (n, 3) of aircraft: roll, pitch (rad), throttle 0..1; before all else
 
     @staticmethod
     def idle(n: int) -> Setpoints:
@@ -91,6 +92,7 @@ class Setpoints:
             max_down=np.full(n, np.inf),
             motors=np.zeros(n, dtype=np.bool_),
             radius=np.full(n, np.nan),
+            attitude=np.full((n, 3), np.nan),
         )
 
 

@@ -14,6 +14,10 @@ A position's height is held; a height alone is held along with any of them. ``ya
 the course turns where the path is curved. Velocities are over ground; what the air must give for
 them is asked for as airspeed, within the envelope. ``max_speed`` is an airspeed: where it is
 given, it counts and not the size of the velocity.
+
+An attitude (roll, pitch, throttle, each alone too) takes the place of what it names. With a throttle
+and no pitch the pitch holds the airspeed, as gliders do. The envelope counts before it: too slow,
+the nose goes down whatever is asked for; too fast, it comes up and the throttle is closed.
 """
 
 from __future__ import annotations
@@ -33,6 +37,10 @@ LEVELLING_M_S2 = 2.5  # vertical braking that a change of height is planned with
 _FAR = 0.5 * np.pi  # course across the line, from far away
 _STILL_M_S = 0.5  # a velocity that no course can be read of
 _STALL_MARGIN = 1.05
+_GLIDE_GAIN = 0.06  # rad per m/s: climb for the airspeed, when the throttle is set
+_SAFE_GAIN = 0.2  # rad per m/s: the largest climb, above
+_SAFE_MARGIN = 1.1  # times the least airspeed
+_FAST_M_S = 2.0  # within so much of the fastest the throttle is closed
 
 
 @dataclass(slots=True, eq=False)
@@ -43,6 +51,8 @@ class Wanted:
     climb: F64  # flight path angle against the air, rad
     airspeed: F64  # m/s
     turn: F64  # rad/s of the course, counter-clockwise
+    pitch: F64  # rad, NaN: by the climb; where it is asked for, ``climb`` is the most
+    throttle: F64  # 0..1, NaN: by the airspeed
 
 
 class Guide:
@@ -87,7 +97,26 @@ class Guide:
         speed = self._airspeed(setpoints, asked, aimed, wind)
         turn = COURSE_GAIN * wrapped(course - here) + feed
         roll = self._bank(-np.arctan(turn * pace / GRAVITY), air)
-        return Wanted(roll, climb, speed, turn)
+        free = np.full(len(air), np.nan)
+        wanted = Wanted(roll, climb, speed, turn, free, free)
+        if np.isfinite(setpoints.attitude).any():
+            self._by_attitude(wanted, setpoints.attitude.T, air)
+        return wanted
+
+    def _by_attitude(self, wanted: Wanted, asked: F64, air: F64) -> None:
+        """Bank, pitch and throttle (3, n) as asked for, within the envelope."""
+        limits = self._limits
+        rolled, pitched, driven = np.isfinite(asked)
+        near = np.clip((limits.fastest_m_s - air) / _FAST_M_S, 0.0, 1.0)
+        lowest = -limits.sink_rad * near + 0.1 * (1.0 - near)
+        glide = np.clip(_GLIDE_GAIN * (air - limits.trim_m_s), -limits.sink_rad, limits.climb_rad)
+        least = _SAFE_MARGIN * limits.slowest_m_s
+        steepest = np.clip(_SAFE_GAIN * (air - least), -0.5 * limits.sink_rad, limits.climb_rad)
+        climb = np.where(pitched, limits.climb_rad, np.where(driven, glide, wanted.climb))
+        wanted.climb = np.minimum(climb, steepest)
+        wanted.roll = np.where(rolled, self._bank(asked[0], air), wanted.roll)
+        wanted.pitch = np.where(pitched, np.maximum(asked[1], lowest), np.nan)
+        wanted.throttle = np.where(driven, np.clip(asked[2], 0.0, 1.0) * near, np.nan)
 
     def _radius(self, asked: F64, air: F64) -> F64:
         """Radius (n,) m of an orbit, positive counter-clockwise, no tighter than it can fly."""

@@ -71,7 +71,9 @@ class GuidedPlane:
         )
         roll = np.where(ground, 0.0, states.roll + spin)
         fast = (self._air > limits.rotate_m_s) & ~stops
-        aim = np.where(ground, np.where(fast, np.maximum(wanted.climb, 0.05), 0.0), wanted.climb)
+        attack = self._attack(speed, roll)
+        tilted = np.fmin(wanted.pitch - attack * np.cos(roll), wanted.climb)  # NaN: the climb
+        aim = np.where(ground, np.where(fast, np.maximum(tilted, 0.05), 0.0), tilted)
         bend = np.clip(
             (aim - self._climb) * answer[1] * speed, -_RISE_M_S2 * dt_s, _RISE_M_S2 * dt_s
         )
@@ -79,6 +81,9 @@ class GuidedPlane:
         pull = (wanted.airspeed - self._air) * (answer[2] / dt_s)
         pull = np.clip(pull, -limits.slower_m_s2, limits.faster_m_s2)
         glide = -GRAVITY * np.sin(climb) - self._drag(speed, roll) / self._params.mass
+        asked = np.maximum(self._params.thrust(wanted.throttle, speed), 0.0)
+        driven = np.isfinite(wanted.throttle)
+        pull = np.where(driven, glide + asked / self._params.mass, pull)
         change = np.where(running, pull, np.where(ground, 0.0, glide))
         thrust = np.where(running, self._params.mass * (change - glide), 0.0)
         self._air = np.clip(self._air + change * dt_s, 0.0, 1.4 * limits.fastest_m_s)
@@ -115,12 +120,14 @@ class GuidedPlane:
         self._velocity[2] = self._air * np.sin(self._climb) + drift[2]
         states.velocity[:] = self._velocity.T
         states.yaw[:] = self._heading
-        speed = np.maximum(self._air, 12.0)
-        load = GRAVITY / np.maximum(np.cos(states.roll), 0.3)
-        attack, _, _ = self._params.trim(speed, load, np.zeros(len(speed)))
+        attack = self._attack(self._air, states.roll)
         flying = ~states.on_ground
         states.pitch[:] = np.where(flying, self._climb + attack * np.cos(states.roll), 0.0)
         states.airspeed[:] = self._air
+
+    def _attack(self, speed: F64, roll: F64) -> F64:
+        load = GRAVITY / np.maximum(np.cos(roll), 0.3)
+        return self._params.trim(np.maximum(speed, 12.0), load, np.zeros(len(speed)))[0]
 
     def _drag(self, speed: F64, roll: F64) -> F64:
         load = GRAVITY / np.maximum(np.cos(roll), 0.3)

@@ -67,15 +67,17 @@ class Loops:
         bend = GRAVITY / speed  # rad/s of a level turn, per tan of the bank
         turning = bend * sin * np.tan(np.clip(roll, -1.2, 1.2))
         bends = _BEND_M_S2 * dt_s / speed
-        self._path += np.clip(wanted.climb - self._path, -bends, bends)
+        tilted = np.isfinite(wanted.pitch)
+        self._path += np.clip(np.where(tilted, climb, wanted.climb) - self._path, -bends, bends)
         path = self._path
         load = GRAVITY * np.cos(path) / cos
         attack, trimmed, drag = k.trim(speed, load, turning)
         attack = np.minimum(attack, k.limits.attack_rad)
-        off = path - climb
+        off = np.where(tilted, 0.0, path - climb)
         self._climb = np.clip(self._climb + _CLIMB_INTEGRAL * dt_s * off, -0.1, 0.1)
         lead = np.clip(_CLIMB_GAIN * off, -0.3, 0.3) + self._climb
         aim = path + attack * cos + lead
+        aim = np.where(tilted, np.minimum(wanted.pitch, wanted.climb + attack * cos), aim)
         aim = np.minimum(aim, climb + k.limits.attack_rad * cos)
 
         per_elevator = pressure * k.chord * k.pitch_e / k.jy
@@ -108,4 +110,6 @@ class Loops:
         faster = _SPEED_GAIN * error + self._speed
         faster = np.clip(faster, -k.limits.slower_m_s2, k.limits.faster_m_s2)
         force = k.mass * (faster + GRAVITY * np.sin(climb)) + drag
-        return k.thrust(k.throttle(force, air), air)
+        driven = np.isfinite(wanted.throttle)
+        asked = np.maximum(k.thrust(wanted.throttle, air), 0.0)  # folded where it would brake
+        return np.where(driven, asked, k.thrust(k.throttle(force, air), air))

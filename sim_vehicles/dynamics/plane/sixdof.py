@@ -98,7 +98,7 @@ class SixDof:
         states.rates[:] = state[RATES].T * (1.0, 1.0, -1.0)
         states.airspeed[:] = speed
         throttle = self._params.throttle(controls[3], speed)
-        states.thrust[:] = np.where(running, throttle, 0.0)
+        states.thrust[:] = np.where(running & (controls[3] != 0.0), throttle, 0.0)
         self._drain.draw(controls[3], speed, dt_s)
 
     def _off_the_ground(self, wanted: Wanted, speed: F64, stops: Bools) -> None:

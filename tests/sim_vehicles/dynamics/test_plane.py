@@ -205,6 +205,37 @@ def test_any_setpoints_stay_inside_the_envelope(make):
 
 
 @pytest.mark.parametrize("make", MODELS)
+def test_an_attitude_is_flown(make):
+    roll, pitch, throttle = [0.0, 0.4, -0.4, 0.0], [0.0, 0.05, 0.05, 0.1], [0.5, 0.6, 0.6, np.nan]
+
+    def ask(setpoints: Setpoints) -> None:
+        setpoints.attitude[:] = np.column_stack((roll, pitch, throttle))
+
+    rows = flown(in_air(make, [35.0] * 4), ask, 20.0)[500:]
+    assert np.abs(rows[:, :, 6] - roll).max() < 0.02
+    assert np.abs(rows[:, :, 7] - pitch).max() < 0.02
+    turned = np.sin(rows[-1, 1:3, 8] - rows[0, 1:3, 8])
+    assert turned[0] == pytest.approx(-turned[1], abs=0.01)  # right wing down: clockwise
+    assert rows[:, 3, 9] == pytest.approx(LIMITS.trim_m_s, abs=0.5)  # the throttle's business
+
+
+@pytest.mark.parametrize("make", MODELS)
+def test_no_attitude_stalls_or_overspeeds(make):
+    angles = np.array([-0.9, 0.0, 0.9]), np.array([-0.5, 0.0, 0.5, np.nan]), np.array([0.0, 1.0])
+    asked = np.stack([part.ravel() for part in np.meshgrid(*angles)], axis=1)
+
+    def ask(setpoints: Setpoints) -> None:
+        setpoints.attitude[:] = asked
+
+    n = len(asked)
+    high = np.tile((0.0, 0.0, 5000.0), (n, 1))
+    rows = flown(make(high, np.zeros(n), airspeed=np.linspace(21.0, 66.0, n)), ask, 25.0)
+    assert rows[:, :, 9].min() > LIMITS.slowest_m_s - 0.5
+    assert rows[:, :, 9].max() < LIMITS.fastest_m_s
+    assert np.abs(rows[:, :, 6]).max() < LIMITS.bank_rad + 0.1
+
+
+@pytest.mark.parametrize("make", MODELS)
 def test_a_batch_is_exactly_its_aircraft_one_by_one(make):
     n, rng = 5, np.random.default_rng(3)
     position = rng.normal(0.0, 20.0, (n, 3))
