@@ -8,8 +8,9 @@ from typing import Final
 from planners.types import FlySegment, FlyVelocity, Setpoint
 from uavbridge.agent.course import STILL, Leg
 from uavbridge.agent.flying import Flying
-from uavbridge.agent.guidance import climb_to, over_ground, wanted
+from uavbridge.agent.guidance import climb_to, over_ground
 from uavbridge.agent.handling import HANDLING
+from uavbridge.agent.passing import Passing
 from uavbridge.agent.phases import Phase
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.safety.filter import Traffic, Vector
@@ -19,7 +20,9 @@ CIRCLE_BANK_RAD: Final = 0.5
 PACE: Final = 1.5  # of the least speed, in circles
 JOIN_1_S: Final = 0.3  # how fast a circle is joined
 AT_HOME: Final = 1.6  # radii
-CLEAR: Final = 3.0  # radii about home that must be free of those below
+CLEAR: Final = 3.0  # radii about home that must be free of aircraft below
+BESIDE: Final = 1.5  # separations about home that must be free of all others below
+SLOW: Final = 0.5  # of the least speed: nobody who circles is slower
 _GRAVITY: Final = 9.80665
 
 
@@ -32,6 +35,7 @@ class Winging(Flying):
         limits = plan.envelope
         self._pace = min(max(PACE * limits.slowest_m_s, 1.0), limits.speed_m_s)
         self._circle_m = max(LEAST_CIRCLE_M, self._pace**2 / (_GRAVITY * tan(CIRCLE_BANK_RAD)))
+        self._passing = Passing(limits.speed_m_s)
         self._middle: Vector | None = None  # of the circle in which it climbs or sinks
 
     def steer(
@@ -43,6 +47,7 @@ class Winging(Flying):
         traffic: list[Traffic],
     ) -> Leg:
         plan = self._plan
+        self._passing.see(position)
         if phase is Phase.RISE:
             self._middle = self._middle or position
             up = self._round(self._middle, plan.return_height_m, position)
@@ -68,10 +73,12 @@ class Winging(Flying):
             return (x, y, z) if z else self._at(self._altitude_m, (x, y, 0.0), position)
         end = setpoint.end if isinstance(setpoint, FlySegment) else setpoint.position
         x, y, z = end.tolist()
-        if hypot(x - position[0], y - position[1]) < 2.0 * self._circle_m:
-            return self._round((x, y, z), self._height((x, y, z)), position)
-        way = wanted(setpoint, position, self._altitude_m, plan.envelope)
-        return self._at(self._height((x, y, z)), way, position)
+        height_m = self._height((x, y, z))
+        if self._passing.was_there((x, y, z), position):
+            return self._round((x, y, z), height_m, position)
+        way_x, way_y = self._passing.way((x, y, z), position)
+        way = plan.envelope.speed_m_s * way_x, plan.envelope.speed_m_s * way_y, 0.0
+        return self._at(height_m, way, position)
 
     def _homewards(self, phase: Phase, position: Vector, traffic: list[Traffic]) -> Leg:
         way = self._round(self.home, self._plan.return_height_m, position)
@@ -80,14 +87,19 @@ class Winging(Flying):
         return Leg(way, Phase.LAND if free else None)
 
     def _column_free(self, position: Vector, traffic: list[Traffic]) -> bool:
-        """Nobody lower near home; of two at one height the smaller id goes first."""
-        clear_m = CLEAR * self._circle_m
+        """Nobody lower circles near home; of two at one height the smaller id goes first.
+
+        Who is slower than aircraft fly (on the ground, or no aircraft) is in the way only there.
+        """
+        limits = self._plan.envelope
         mine = (round(position[2]), self._plan.agent)
-        return not any(
-            hypot(other.position[0] - self.home[0], other.position[1] - self.home[1]) < clear_m
-            and (round(other.position[2]), other.agent) < mine
-            for other in traffic
-        )
+        for other in traffic:
+            flies = hypot(*other.velocity) > SLOW * limits.slowest_m_s
+            clear_m = CLEAR * self._circle_m if flies else BESIDE * limits.separation_m
+            away_m = hypot(other.position[0] - self.home[0], other.position[1] - self.home[1])
+            if away_m < clear_m and (round(other.position[2]), other.agent) < mine:
+                return False
+        return True
 
     def _round(self, middle: Vector, height_m: float, position: Vector) -> Vector:
         """To a circle about a place, and along it clockwise, at a height."""
