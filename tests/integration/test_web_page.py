@@ -446,6 +446,8 @@ def test_terrain_layers_and_groups_are_drawn(browser):
     source = Live(bus, "hills")
     mission = load(None, {"vehicles": 3, "terrain.steepest_deg": 25.0, "radio.range_m": 300.0})
     text = to_toml(mission).replace('"esustpm"', '"mountain"')
+    column = "{position = [850.0, 850.0], radius_m = 60.0}"
+    text = text.replace("obstacles = []", f"obstacles = [{column}]")
     bus.publish(keys.MISSION, encode_record(MissionRecord(text, 1, "paced")))
     places = {1: (200.0, 300.0, 60.0), 2: (300.0, 400.0, 60.0), 3: (700.0, 700.0, 60.0)}
     for agent, said in ((1, Told(task=5, leads=True)), (2, Told(task=5)), (3, Told())):
@@ -461,6 +463,8 @@ def test_terrain_layers_and_groups_are_drawn(browser):
         browser.until("window.__drawn.all.groups.length === 1")
         (group,) = browser.evaluate("window.__drawn.all.groups")
         assert (group["leader"], group["ids"]) == (1, [1, 2])
+        assert browser.evaluate("window.__drawn.all.columns") == 1
+        assert "no-fly column" in text_of(browser, "#legend")
         choice = "document.querySelector('#layer')"
         browser.until(f"[...{choice}.options].some(o => o.value === 'layer:path')")
         browser.evaluate(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from msgspec import Struct
+from msgspec import UNSET, Struct
 from msgspec.json import Decoder, Encoder
+from msgspec.structs import replace
 
 from uavbridge.bus.text import read
 
 
-class AgentReport(Struct, frozen=True):
+class AgentReport(Struct, frozen=True, kw_only=True):
     """JSON on the bus. Lengths in m, speeds in m/s, ENU; times in mission time."""
 
     agent: int
@@ -20,7 +21,7 @@ class AgentReport(Struct, frozen=True):
     heading: float  # rad from east, counter-clockwise
     armed: bool
     in_air: bool
-    battery: float | None  # 0..1
+    battery: float | None = None  # 0..1; left out of the JSON where it is not known
     neighbours: int  # others heard over the radio in the last seconds
     note: str  # the planner's state in its own words
     distance_m: float
@@ -45,7 +46,7 @@ _DECODER = Decoder(AgentReport)
 
 def encode(report: AgentReport) -> bytes:
     """As JSON."""
-    return _ENCODER.encode(report)
+    return _ENCODER.encode(replace(report, battery=UNSET) if report.battery is None else report)
 
 
 def decode(data: bytes) -> AgentReport:

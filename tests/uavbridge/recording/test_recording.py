@@ -11,6 +11,9 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
+from uavbridge.agent.report import AgentReport
+from uavbridge.agent.report import decode as decode_report
+from uavbridge.agent.report import encode as encode_report
 from uavbridge.errors import ConfigError
 from uavbridge.recording.digest import StreamDigest, prefix
 from uavbridge.recording.parts import METADATA_NAME, ONE_FILE, Rotation
@@ -238,6 +241,19 @@ def test_schemas_are_flat_objects(name: str) -> None:
     assert encoding == "jsonschema"
     assert schema["type"] == "object"
     assert all("type" in field for field in schema["properties"].values())
+
+
+def test_a_battery_that_is_not_known_is_left_out_of_the_report() -> None:
+    report = AgentReport(
+        agent=1, t_us=0, phase="connect", mode="unknown", position=(0.0, 0.0, 0.0),
+        velocity=(0.0, 0.0, 0.0), heading=0.0, armed=False, in_air=False, neighbours=0, note="",
+        distance_m=0.0, declared=[],
+    )  # fmt: skip
+    data = encode_report(report)
+    assert "battery" not in msgspec.json.decode(data)
+    assert decode_report(data) == report
+    _, _, schema = topic_kind("state/1").schema()
+    assert "battery" not in msgspec.json.decode(schema)["required"]
 
 
 def test_unknown_numbers_are_left_out() -> None:

@@ -143,6 +143,7 @@ class Feed:
             coverage_goal=facts.coverage_goal,
             targets=[target.position for target in facts.targets],
             by_signal=facts.signals is not None,
+            columns=[(*each.position, each.radius_m) for each in facts.obstacles],
         )
 
     def _update(self, watch: MissionWatch) -> Update:

@@ -34,6 +34,7 @@ class Mission(Struct, frozen=True, tag="mission", tag_field="kind"):
     coverage_goal: float | None = None
     targets: list[tuple[float, float]] | None = None  # the true ones; None: nobody told
     by_signal: bool = False  # targets are found by their signals: no cells are looked at
+    columns: list[tuple[float, float, float]] = []  # where nobody may fly: x, y, radius
     tracks: dict[int, list[float]] = {}  # x, y, x, y, ... of each agent so far
     points: list[list[float | None]] = []
     version: str = ""

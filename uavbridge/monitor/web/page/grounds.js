@@ -5,7 +5,7 @@ import { rgb, theme, whenThemeChanges } from "./colours.js";
 export const TERRAIN = "terrain";
 const LOW = [92, 122, 88]; // green valleys, brown slopes, pale tops
 const MIDDLE = [150, 132, 96];
-const HIGH = [236, 232, 224];
+const HIGH = [196, 189, 178]; // with room for the light above it
 
 // One picture, made anew when the server tells of another moment.
 export class Ground {
@@ -75,7 +75,7 @@ export function layerColours(low, high) {
 function lit(height, shade) {
   const share = height / 255;
   const colour = share < 0.5 ? mix(LOW, MIDDLE, 2 * share) : mix(MIDDLE, HIGH, 2 * share - 1);
-  const light = 0.25 + (0.85 * shade) / 180; // level ground has 180
+  const light = 0.2 + (0.85 * shade) / 180; // level ground has 180
   return packed(colour.map((part) => Math.min(Math.round(part * light), 255)));
 }
 

@@ -193,6 +193,7 @@ export class MapView {
     const vehicles = this.shown().map((one) => ({ ...one, ...placed(one, now) }));
     const byId = new Map(vehicles.map((one) => [one.id, one]));
     const links = this.options.links ? this.shownLinks().filter(([a, b]) => byId.has(a) && byId.has(b)) : [];
+    const columns = this.columns();
     this.targets();
     this.trails(vehicles);
     this.wires(links, byId);
@@ -202,7 +203,7 @@ export class MapView {
     this.scaleBar();
     this.tell(owner);
     this.dirty = vehicles.some((one) => !one.still);
-    this.drawn = { ...this.account(vehicles, links, painted), grounds, groups };
+    this.drawn = { ...this.account(vehicles, links, painted), grounds, groups, columns };
   }
 
   account(vehicles, links, painted) {
@@ -309,6 +310,21 @@ export class MapView {
     }
     context.strokeStyle = theme.faint;
     context.strokeRect(left - 0.5, bottom - h - 0.5, w + 1, h + 1);
+  }
+
+  // Where nobody may fly.
+  columns() {
+    const { context, view } = this;
+    const { columns } = this.state.mission;
+    for (const [x, y, radius] of columns) {
+      const [px, py] = this.pixels(x, y);
+      this.outlined(() => context.arc(px, py, radius * view.scale, 0, TAU), theme.bad, 1.2);
+      context.fillStyle = theme.bad;
+      context.globalAlpha = 0.15;
+      context.fill();
+      context.globalAlpha = 1;
+    }
+    return columns.length;
   }
 
   trueTargets() {

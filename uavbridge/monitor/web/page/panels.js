@@ -123,17 +123,20 @@ function line(event) {
 export function legend(bar, state, layer) {
   const draw = () => {
     const parts = [];
-    if (layer() === "belief" && state.mission) parts.push(["P(target) 0 … 1", 120, ramp]);
-    parts.push(["never seen", 14, (c, w, h) => fill(c, theme.unseen, w, h)]);
-    if (state.mission && state.mission.targets) parts.push(["true target", 18, ring]);
-    parts.push(["declared", 18, (c, w, h) => diamond(c, w, h, theme.good)]);
-    if (state.mission && state.mission.targets) parts.push(["declared, none there", 18, (c, w, h) => diamond(c, w, h, theme.bad)]);
+    const { mission } = state;
+    const signals = mission && mission.by_signal; // no cells are looked at
+    if (layer() === "belief" && mission && !signals) parts.push(["P(target) 0 … 1", 120, ramp]);
+    if (!signals) parts.push(["never seen", 14, (c, w, h) => fill(c, theme.unseen, w, h)]);
+    if (mission && mission.targets) parts.push(["true target", 18, ring]);
+    parts.push([signals ? "reached" : "declared", 18, (c, w, h) => diamond(c, w, h, theme.good)]);
+    if (mission && mission.targets && !signals) parts.push(["declared, none there", 18, (c, w, h) => diamond(c, w, h, theme.bad)]);
+    if (mission && mission.columns.length) parts.push(["no-fly column", 18, disc]);
     const shown = layer().startsWith("layer:") ? state.grounds.get(layer().slice(6)) : null;
     if (shown) {
       const { low, high, name } = shown.told;
       parts.push([`${name} ${low.toPrecision(3)} … ${high.toPrecision(3)}`, 120, scaleOf(low, high)]);
     }
-    const range = state.mission && state.mission.range_known ? state.mission.range_m : undefined;
+    const range = mission && mission.range_known ? mission.range_m : undefined;
     bar.replaceChildren(...parts.map(([text, width, paint]) => entry(text, width, paint, state)));
     const note = document.createElement("span");
     note.textContent = range === undefined ? "" : range === null ? "radio: unlimited range" : `radio range ${range} m`;
@@ -183,6 +186,16 @@ function ring(context, w, h) {
   context.lineTo(w / 2, h);
   context.moveTo(w / 2 - 7, h / 2);
   context.lineTo(w / 2 + 7, h / 2);
+  context.stroke();
+}
+
+function disc(context, w, h) {
+  context.fillStyle = context.strokeStyle = theme.bad;
+  context.beginPath();
+  context.arc(w / 2, h / 2, 5.5, 0, 2 * Math.PI);
+  context.globalAlpha = 0.12;
+  context.fill();
+  context.globalAlpha = 0.9;
   context.stroke();
 }
 
