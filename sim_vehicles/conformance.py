@@ -28,6 +28,7 @@ _MANY: Final = 4  # messages: a stream begins
 _RESULTS: Final = mav.enums["MAV_RESULT"]
 _ASKED: Final[Mapping[int, tuple[float, ...]]] = {
     mav.MAV_CMD_NAV_TAKEOFF: (0, 0, 0, nan, nan, nan, 20),
+    mav.MAV_CMD_CONDITION_YAW: (90, 0, 1),
     mav.MAV_CMD_DO_CHANGE_SPEED: (1, 5, -1),
     mav.MAV_CMD_DO_SET_HOME: (1,),
     mav.MAV_CMD_DO_REPOSITION: (-1, 1, 0, nan, 47.3978, 8.5456, 20),
@@ -40,7 +41,7 @@ _ASKED: Final[Mapping[int, tuple[float, ...]]] = {
 }
 """Params of each command as it is tried; otherwise zeros."""
 _OTHERS: Final = (
-    *(mav.MAV_CMD_DO_ORBIT, mav.MAV_CMD_CONDITION_YAW, mav.MAV_CMD_DO_SET_ROI_LOCATION),
+    *(mav.MAV_CMD_DO_ORBIT, mav.MAV_CMD_DO_SET_ROI_LOCATION, mav.MAV_CMD_DO_SET_STANDARD_MODE),
     *(mav.MAV_CMD_REQUEST_CAMERA_INFORMATION, mav.MAV_CMD_REQUEST_PROTOCOL_VERSION),
     *(mav.MAV_CMD_REQUEST_STORAGE_INFORMATION, mav.MAV_CMD_PREFLIGHT_CALIBRATION),
 )
@@ -69,7 +70,14 @@ _ITEMS: Final = (
     *("NAV_LOITER_TO_ALT", "NAV_LOITER_TURNS", "NAV_SPLINE_WAYPOINT", "NAV_RETURN_TO_LAUNCH"),
     *("NAV_DELAY", "DO_JUMP", "DO_CHANGE_SPEED", "CONDITION_DELAY", "CONDITION_YAW"),
     *("DO_SET_HOME", "DO_SET_SERVO", "DO_SET_ROI", "DO_LAND_START", "IMAGE_START_CAPTURE"),
+    *("SET_CAMERA_MODE", "DO_GIMBAL_MANAGER_PITCHYAW", "DO_GIMBAL_MANAGER_CONFIGURE"),
 )
+_REQUESTED: Final = {
+    **{"AUTOPILOT_VERSION": 148, "PROTOCOL_VERSION": 300, "AVAILABLE_MODES": 435},
+    **{"CURRENT_MODE": 436, "COMPONENT_METADATA": 397, "COMPONENT_INFORMATION": 395},
+    **{"CAMERA_INFORMATION": 259, "GIMBAL_MANAGER_INFORMATION": 280, "HOME_POSITION": 242},
+}
+"""Messages that ground stations ask for by REQUEST_MESSAGE when they meet a vehicle."""
 
 
 def page() -> str:
@@ -81,11 +89,14 @@ def _sections() -> Iterator[str]:
     commands = {_command(number): number for number in sorted((*COMMANDS, *_OTHERS))}
     answers = {craft: _answers(craft, sorted(HANDLERS)) for craft in CRAFTS.values()}
     results = {craft: _results(craft, commands) for craft in CRAFTS.values()}
+    requested = {craft: _requested(craft) for craft in CRAFTS.values()}
     names = {name for craft in CRAFTS.values() for name in craft.flavour.fills}
     yield from ("## Messages", "", _MESSAGES_TEXT, "")
     yield from _table("message", sorted(HANDLERS), lambda craft, name: answers[craft][name])
     yield from ("", "## Commands", "", _COMMANDS_TEXT, "")
     yield from _table("command", list(commands), lambda craft, name: results[craft][name])
+    yield from ("", "## Requests", "", _REQUESTS_TEXT, "")
+    yield from _table("message", list(_REQUESTED), lambda craft, name: requested[craft][name])
     yield from ("", "## Modes", "", _MODES_TEXT, "")
     yield from _table("here", [mode.name.lower() for mode in Mode], _mode)
     yield from ("", "## Telemetry", "", _TELEMETRY_TEXT, "")
@@ -186,16 +197,28 @@ def _results(craft: Craft, commands: Mapping[str, int]) -> dict[str, str]:
             fields = {f"param{number}": value for number, value in enumerate(params, 1)}
             fleet.receive(i, sender.pack("COMMAND_LONG", **_to(i), command=command, **fields))
         heard = _heard(fleet)
-        acks = [
-            next(each for each in heard[i] if each.msgname == "COMMAND_ACK")
-            for i in range(len(commands))
-        ]
-        found.append([_RESULTS[ack.result].name.removeprefix("MAV_RESULT_") for ack in acks])
-    words = [[result.lower().replace("_", " ") for result in results] for results in found]
+        found.append([_result(heard[i]) for i in range(len(commands))])
     return {
         name: first if first == then else f"{first}; in flight {then}"
-        for name, first, then in zip(commands, *words, strict=True)
+        for name, first, then in zip(commands, *found, strict=True)
     }
+
+
+def _requested(craft: Craft) -> dict[str, str]:
+    """The result of REQUEST_MESSAGE, each to another vehicle on the ground."""
+    fleet, sender = _vehicles(craft, len(_REQUESTED)), Encoder(*_STATION)
+    request = mav.MAV_CMD_REQUEST_MESSAGE
+    for i, message in enumerate(_REQUESTED.values()):
+        fleet.receive(i, sender.pack("COMMAND_LONG", **_to(i), command=request, param1=message))
+    heard = _heard(fleet)
+    return {name: _result(heard[i]) for i, name in enumerate(_REQUESTED)}
+
+
+def _result(heard: Sequence[Any]) -> str:
+    """What the acknowledgement says."""
+    ack = next(each for each in heard if each.msgname == "COMMAND_ACK")
+    name = str(_RESULTS[ack.result].name)
+    return name.removeprefix("MAV_RESULT_").lower().replace("_", " ")
 
 
 def _hold(craft: Craft) -> tuple[float, float]:
@@ -259,7 +282,10 @@ _MODES_TEXT: Final = "The autopilot's name of each mode, and `custom_mode` in th
 _TELEMETRY_TEXT: Final = """\
 Sent unasked at a rate; or in a group whose rate is a parameter of that name, set by
 REQUEST_DATA_STREAM too; or when asked for by SET_MESSAGE_INTERVAL or REQUEST_MESSAGE."""
+_REQUESTS_TEXT: Final = """\
+The result of REQUEST_MESSAGE (MAV_CMD 512) for what ground stations ask at the start, besides
+telemetry; none is left without an answer."""
 _ITEMS_TEXT: Final = """\
 MAV_MISSION_RESULT of an item, in the frame that suits it. PX4 takes orders in the frame MISSION
-only. Those that are accepted and concern cameras, servos or ArduPilot's conditions are passed
-over in flight."""
+only. Those that are accepted and concern cameras, gimbals or servos, and CONDITION_DELAY, are
+passed over in flight; spline waypoints are flown straight."""

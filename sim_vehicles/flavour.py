@@ -38,6 +38,7 @@ class Answers(NamedTuple):
     whole_vectors: bool = False  # of setpoints: a part to be ignored takes the rest along
     local_setpoints: bool = True  # SET_POSITION_TARGET_LOCAL_NED is heeded
     zero_is_here: bool = False  # latitude and longitude 0 in a command
+    tells_modes: bool = True  # AVAILABLE_MODES, CURRENT_MODE
     strict_types: bool = True  # PARAM_SET must name the type of the parameter
 
 

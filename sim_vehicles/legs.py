@@ -185,6 +185,13 @@ class Legs:
         self._newest.pop(i, None)
         self._watched[i] = False
         self._climbing[i] = False
+    def turn(self, i: int, yaw_rad: float) -> None:
+        """Look another way, wherever the leg leads to."""
+        self._wanted.yaw[i] = yaw_rad
+        self._wanted.yaw_rate[i] = nan
+        if i in self._newest:
+            self._newest[i] = (*self._newest[i][:6], yaw_rad, nan)
+
         self.due_us[i] = ALWAYS_LATER
         self._changed = True
 

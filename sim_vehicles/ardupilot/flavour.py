@@ -23,6 +23,7 @@ _ANSWERS: Final = Answers(
     asks_for="MISSION_REQUEST",
     whole_vectors=True,
     zero_is_here=True,
+    tells_modes=False,
     strict_types=False,
 )
 

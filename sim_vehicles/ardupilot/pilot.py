@@ -281,4 +281,4 @@ class ArduPilot(Autopilot):
 
 
 _NO_PLACE: Final = "Need Position Estimate"
-_NAVIGATING: Final = (Do.TAKE_OFF, Do.GO, Do.STAY, Do.LAND, Do.RETURN, Do.PAUSE)
+_NAVIGATING: Final = (Do.TAKE_OFF, Do.GO, Do.STAY, Do.CIRCLE, Do.LAND, Do.RETURN, Do.PAUSE)

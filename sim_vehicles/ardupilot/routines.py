@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from math import hypot, inf, nan
-from typing import Final
+from collections.abc import Callable, Mapping
+from functools import partial
+from math import atan2, cos, hypot, inf, nan, pi, radians, sin
+from typing import Final, TypeAlias
 
 from sim_vehicles.modes import Mode
 from sim_vehicles.pilot import Pilot, Routine
@@ -22,9 +23,15 @@ from sim_vehicles.routines import (
     stopping_place,
 )
 
+Get: TypeAlias = Callable[[str], float]
+"""A vehicle's parameters."""
+
 _INFO: Final = 6
 _LOWEST_CLIMB_M: Final = 2.5
-_LOOK_S: Final = 0.2  # at whether a mission may start
+_LOOK_S: Final = 0.2  # at whether a mission may start, or a turn is done
+_TURN_US: Final = 30_000_000  # at most for a turn
+_ALIGNED: Final = cos(radians(2.0))
+_CORNERS: Final = 24  # of a circle
 
 
 def return_home(pilot: Pilot, i: int) -> Routine:
@@ -93,6 +100,50 @@ def _stay(pilot: Pilot, i: int, step: Step) -> Routine:
     yield
 
 
+def _circling(radius: Callable[[Get], float], speed: Callable[[Get, float], float]) -> StepRoutine:
+    """Makes LOITER_TURNS: to the edge of a circle, then round it.
+
+    Args:
+        radius: metres, where the item does not say.
+        speed: m/s on a circle of that many metres; NaN: as always.
+    """
+
+    def circle(pilot: Pilot, i: int, step: Step) -> Routine:
+        here, get = pilot.place(i), partial(pilot.parameters.get, i)
+        x, y, z = (to if to == to else now for to, now in zip(step.position, here, strict=True))
+        size = max(abs(step.circle_m) if step.circle_m == step.circle_m else radius(get), 1.0)
+        begin = atan2(here[1] - y, here[0] - x)
+        corner_rad = 2.0 * pi / _CORNERS if step.circle_m > 0.0 else -2.0 * pi / _CORNERS
+        last = round(step.rounds * _CORNERS)
+        for corner in range(last + 1):
+            angle = begin + corner * corner_rad
+            if corner == 1:
+                pilot.legs.set_speed(i, speed(get, size))
+            there = x + size * cos(angle), y + size * sin(angle), z
+            near = get("NAV_ACC_RAD") if corner in (0, last) else abs(corner_rad) * size
+            yaw = nan if pilot.legs.grounded else (angle + pi) % (2.0 * pi)  # to the centre
+            go(pilot, i, there, yaw, radius_m=near)
+            yield
+        pilot.legs.set_speed(i, nan)
+
+    return circle
+
+
+def _turn(pilot: Pilot, i: int, step: Step) -> Routine:
+    """Stay, and look where it is told to, for as long as that takes."""
+    x, y, z = pilot.place(i)
+    yaw = pilot.yaw(i) + step.yaw_rad if step.relative else step.yaw_rad
+    if yaw != yaw:
+        return
+    if not pilot.legs.has_place(i):
+        pilot.legs.go(i, (x, y, z), yaw)
+    pilot.legs.turn(i, yaw)
+    until_us = pilot.now_us + _TURN_US
+    while pilot.now_us < until_us and cos(pilot.yaw(i) - yaw) < _ALIGNED:
+        pilot.legs.pause(i, pilot.now_us + round(_LOOK_S * 1e6))
+        yield
+
+
 def _within(make: Make) -> StepRoutine:
     """A mode's routine as a step, until it has landed or has nothing more to do."""
 
@@ -121,6 +172,8 @@ _NAMES: Final[Mapping[Do, str]] = {
     Do.TAKE_OFF: "Takeoff",
     Do.GO: "WP",
     Do.STAY: "LoitUnlim",
+    Do.CIRCLE: "LoitTurns",
+    Do.TURN: "CondYaw",
     Do.LAND: "Land",
     Do.RETURN: "RTL",
     Do.SPEED: "ChangeSpeed",
@@ -138,6 +191,11 @@ _COPTER_STEPS: Final[Mapping[Do, StepRoutine]] = {
     Do.TAKE_OFF: _take_off,
     Do.GO: _go,
     Do.STAY: _stay,
+    Do.CIRCLE: _circling(
+        lambda get: get("CIRCLE_RADIUS") / 100.0,
+        lambda get, size: radians(max(abs(get("CIRCLE_RATE")), 1.0)) * size,
+    ),
+    Do.TURN: _turn,
     Do.RETURN: _within(return_home),
 }
 _ROVER_STEPS: Final[Mapping[Do, StepRoutine]] = {
@@ -145,6 +203,9 @@ _ROVER_STEPS: Final[Mapping[Do, StepRoutine]] = {
     Do.TAKE_OFF: STEPS[Do.NOTHING],
     Do.GO: _go,
     Do.STAY: _stay,
+    Do.CIRCLE: _circling(
+        lambda get: get("CIRC_RADIUS"), lambda get, _size: get("CIRC_SPEED") or nan
+    ),
     Do.LAND: _go,
     Do.RETURN: lambda pilot, i, step: drive_home(pilot, i),
 }

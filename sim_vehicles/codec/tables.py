@@ -118,11 +118,19 @@ class _ByName(dict[str, Layout]):
 
     def __missing__(self, name: str) -> Layout:
         msgid = getattr(mav, f"MAVLINK_MSG_ID_{name}", None)
-        layout = None if msgid is None else BY_ID[msgid]
+        layout = _later(name) if msgid is None else BY_ID[msgid]
         if layout is None:
             raise ValueError(f"there is no MAVLink message {name}")
         self[name] = layout
         return layout
+
+
+def _later(name: str) -> Layout | None:
+    """A message that the dialect does not have yet, and that simulated vehicles send."""
+    from pymavlink.dialects.v20 import development
+
+    msgid = getattr(development, f"MAVLINK_MSG_ID_{name}", None)
+    return None if msgid is None else _layout(development.mavlink_map[msgid])
 
 
 BY_ID: Final = _ById()

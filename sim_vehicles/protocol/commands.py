@@ -6,6 +6,7 @@ from collections.abc import Callable
 from math import isfinite, nan, radians
 from typing import Final, TypeAlias
 
+from sim_vehicles.ardupilot.pilot import ArduPilot
 from sim_vehicles.ardupilot.plane import ArduPlane
 from sim_vehicles.arming import Refusal
 from sim_vehicles.codec import Packet, mav
@@ -126,6 +127,19 @@ def _reposition(endpoint: Endpoint, order: Order) -> int:
     if result == ACCEPTED and speed > 0:
         pilot.legs.set_speed(i, min(speed, 1e3))
     return result
+
+
+def _turn(endpoint: Endpoint, order: Order) -> int:
+    """CONDITION_YAW, which of ours ArduCopter alone has: a heading, or by how much to turn."""
+    pilot, i = endpoint.pilot, endpoint.index
+    angle, way, relative = radians(order.number(1)), order.number(3), order.number(4)
+    if not isinstance(pilot, ArduPilot) or isinstance(pilot, ArduPlane) or pilot.legs.grounded:
+        return UNSUPPORTED
+    if not (-1.0 <= way <= 1.0 and relative in (0.0, 1.0) and isfinite(angle)):
+        return endpoint.services.flavour.answers.refused
+    by = angle if way < 0.0 else -angle
+    pilot.legs.turn(i, pilot.yaw(i) + by if relative else float(yaw_enu_from_ned(angle)))
+    return ACCEPTED
 
 
 def _change_speed(endpoint: Endpoint, order: Order) -> int:
@@ -276,6 +290,7 @@ COMMANDS: Final[dict[int, Command]] = {
     mav.MAV_CMD_NAV_TAKEOFF: _take_off,
     mav.MAV_CMD_DO_SET_MODE: _set_mode,
     mav.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
+    mav.MAV_CMD_CONDITION_YAW: _turn,
     mav.MAV_CMD_DO_SET_HOME: _set_home,
     mav.MAV_CMD_DO_FENCE_ENABLE: _enable_fence,
     mav.MAV_CMD_DO_FLIGHTTERMINATION: _terminate,

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from sim_vehicles.codec import Packet, mav
+from sim_vehicles.modes import Mode
 from sim_vehicles.protocol.endpoint import Endpoint
 from sim_vehicles.protocol.orders import Order
 
@@ -66,8 +67,73 @@ def on_file(endpoint: Endpoint, packet: Packet) -> None:
     )
 
 
+def available_modes(endpoint: Endpoint, order: Order) -> int:
+    """Send AVAILABLE_MODES of the mode with that index from 1, or of all of them (0)."""
+    services, wanted = endpoint.services, order.whole(2)
+    modes = sorted(services.craft.modes, key=services.flavour.custom_mode)
+    if not services.flavour.answers.tells_modes or not 0 <= wanted <= len(modes):
+        return services.flavour.answers.no_message
+    for index, mode in enumerate(modes, 1):
+        if wanted not in (0, index):
+            continue
+        standard = _standard(endpoint, mode)
+        endpoint.send(
+            "AVAILABLE_MODES",
+            number_modes=len(modes),
+            mode_index=index,
+            standard_mode=standard,
+            custom_mode=services.flavour.custom_mode(mode),
+            properties=0 if mode in _PLAIN_MODES else _ADVANCED,
+            mode_name="" if standard else services.craft.modes[mode].name,
+        )
+    return _ACCEPTED
+
+
+def current_mode(endpoint: Endpoint, order: Order) -> int:
+    """Send CURRENT_MODE."""
+    flavour = endpoint.services.flavour
+    if not flavour.answers.tells_modes:
+        return flavour.answers.no_message
+    mode = Mode(int(endpoint.pilot.status.mode[endpoint.index]))
+    number = flavour.custom_mode(mode)
+    endpoint.send(
+        "CURRENT_MODE",
+        standard_mode=_standard(endpoint, mode),
+        custom_mode=number,
+        intended_custom_mode=number,
+    )
+    return _ACCEPTED
+
+
+def _standard(endpoint: Endpoint, mode: Mode) -> int:
+    """MAV_STANDARD_MODE, as PX4 has it; 0: it is none."""
+    kind = endpoint.services.craft.kind
+    return _STANDARD_OF.get(kind, {}).get(mode, _STANDARD.get(mode, 0))
+
+
+_PLAIN_MODES: Final = (Mode.ALTITUDE, Mode.POSITION)
+_ADVANCED: Final = 1  # MAV_MODE_PROPERTY_ADVANCED
+_AVAILABLE_MODES, _CURRENT_MODE = 435, 436  # not in the dialect yet
+_STANDARD: Final[Mapping[Mode, int]] = {
+    Mode.RETURN: mav.MAV_STANDARD_MODE_SAFE_RECOVERY,
+    Mode.MISSION: mav.MAV_STANDARD_MODE_MISSION,
+    Mode.LAND: mav.MAV_STANDARD_MODE_LAND,
+    Mode.TAKEOFF: mav.MAV_STANDARD_MODE_TAKEOFF,
+}
+_STANDARD_OF: Final[Mapping[str, Mapping[Mode, int]]] = {
+    "multirotor": {
+        Mode.ALTITUDE: mav.MAV_STANDARD_MODE_ALTITUDE_HOLD,
+        Mode.POSITION: mav.MAV_STANDARD_MODE_POSITION_HOLD,
+    },
+    "plane": {
+        Mode.ALTITUDE: mav.MAV_STANDARD_MODE_ALTITUDE_HOLD,
+        Mode.POSITION: mav.MAV_STANDARD_MODE_CRUISE,
+    },
+}
 _OWN: Final[dict[int, Callable[[Endpoint, Order], int]]] = {
     mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION: autopilot_version,
+    _AVAILABLE_MODES: available_modes,
+    _CURRENT_MODE: current_mode,
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from math import atan2, cos, hypot, inf, isfinite, nan, pi, sin
 from typing import Final
 
@@ -164,6 +165,21 @@ def _behind(pilot: Pilot, i: int, here: Vector) -> Vector:
     placed = before.do in (Do.GO, Do.TAKE_OFF, Do.STAY) and isfinite(before.position[0])
     return before.position if placed else here
 
+def _step_circle(pilot: Pilot, i: int, step: Step) -> Routine:
+    """Loiter until it has gone round so many times."""
+    yield from _step_go(pilot, i, replace(step, pause_s=_LOOK_S))
+    here, left = pilot.place(i), 2.0 * pi * step.rounds
+    x, y = (to if isfinite(to) else now for to, now in zip(step.position[:2], here, strict=False))
+    before = atan2(here[1] - y, here[0] - x)
+    while left > 0.0:
+        legs_of(pilot).pause(i, pilot.now_us + round(_LOOK_S * 1e6))
+        yield
+        now_x, now_y, _ = pilot.place(i)
+        bearing = atan2(now_y - y, now_x - x)
+        left -= abs((bearing - before + pi) % (2.0 * pi) - pi)
+        before = bearing
+
+
 
 def _step_stay(pilot: Pilot, i: int, step: Step) -> Routine:
     yield from _off_the_ground(pilot, i)
@@ -225,6 +241,7 @@ WINGED: Final[Mapping[Mode, Make]] = {
     Mode.TAKEOFF: take_off,
     Mode.HOLD: hold,
     Mode.MISSION: mission(FLOWN),
+    Do.CIRCLE: _step_circle,
     Mode.RETURN: return_home,
     Mode.LAND: land,
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
+from pymavlink.dialects.v20 import development
 
 ACCEPTED, DENIED, UNSUPPORTED, FAILED = 0, 2, 3, 4
 FACES = [
@@ -38,7 +39,6 @@ def test_messages_asked_for(gcs):
         (395, "COMPONENT_INFORMATION", False),
         (397, "COMPONENT_METADATA", False),
         (396, "COMPONENT_INFORMATION_BASIC", False),
-        (435, "AVAILABLE_MODES", False),
         (259, "CAMERA_INFORMATION", False),
         (280, "GIMBAL_MANAGER_INFORMATION", False),
         (76, "COMMAND_LONG", False),
@@ -48,6 +48,30 @@ def test_messages_asked_for(gcs):
         assert gcs.command(512, message) == (ACCEPTED if there else refusal), name
         if there:
             assert gcs.newest(name) is not None, name
+
+
+def test_the_modes_that_there_are(gcs):
+    """PX4 tells all of them, or one by its number from 1; ArduPilot 4.6 does not know them."""
+    assert gcs.command(512, 436) == (ACCEPTED if gcs.px4 else FAILED)
+    if not gcs.px4:
+        assert gcs.command(512, 435) == FAILED
+        return
+    modes = len(gcs.fleet.pilot.craft.modes)
+    for wanted in (0, 1, modes):
+        gcs.send(mavlink.MAVLink_command_long_message(1, 1, 512, 0, 435, wanted, 0, 0, 0, 0, 0))
+        found = [
+            message
+            for _, datagram in gcs.fleet.transmit()
+            for message in development.MAVLink(None).parse_buffer(datagram)
+            if message.get_type() == "AVAILABLE_MODES"
+        ]
+        assert [each.mode_index for each in found] == (
+            [wanted] if wanted else [*range(1, modes + 1)]
+        )
+        assert {each.number_modes for each in found} == {modes}
+        names = {each.standard_mode or each.mode_name for each in found}
+        assert wanted or {"Hold", "Offboard", 5, 6, 7, 8} <= names
+    assert gcs.command(512, 435, modes + 1) == DENIED
 
 
 def test_commands_of_the_start(gcs):
