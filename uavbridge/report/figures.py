@@ -128,7 +128,7 @@ def alliances_figure(result: MissionResult) -> Figure:
 
 
 def separation_figure(result: MissionResult) -> Figure:
-    """Distance of the closest airborne pair over time, with the limit."""
+    """Distance of the closest pair over time, with the limit."""
     series = result.series
     figure = Figure(figsize=(7.4, 2.5), layout="constrained")
     axes = figure.add_subplot()
@@ -228,8 +228,10 @@ def _tracks(axes: Axes, tracks: Mapping[int, F64]) -> None:
 
 def _targets(axes: Axes, result: MissionResult) -> None:
     grid = result.grid
-    for target in result.targets:
+    for place, target in enumerate(result.targets, 1):
         x, y = target.position or grid.centre_of(target.cell)
+        if result.by_signal:
+            _number(axes, x, y, place)
         if target.found_at_s is not None and result.by_signal:
             axes.plot(x, y, "o", ms=20, mfc="none", mec=TEAL, mew=2.0, zorder=7)
         elif target.found_at_s is not None:
@@ -239,6 +241,12 @@ def _targets(axes: Axes, result: MissionResult) -> None:
         _ring(axes, grid, cell, RED)
         x, y = grid.centre_of(cell)
         axes.plot(x, y, "X", ms=9, mfc=RED, mec=PAPER, mew=0.8, zorder=8)
+
+
+def _number(axes: Axes, x: float, y: float, place: int) -> None:
+    axes.annotate(
+        str(place), (x, y), (11, 7), textcoords="offset points", color=INK, size=8, zorder=9,
+    )  # fmt: skip
 
 
 def _ring(axes: Axes, grid: Grid, cell: tuple[int, int], colour: str) -> None:

@@ -101,7 +101,9 @@ _ALLIANCES_CAPTION = (
     "Robots on the roster of each target's leader, those of class I (who hear the target "
     "themselves) dark; a star marks when the target was found."
 )
-_SEPARATION_CAPTION = "True distance between the two closest airborne vehicles, in all phases."
+_SEPARATION_CAPTION = (
+    "True distance between the two closest vehicles that fly or drive, in all phases."
+)
 _SPACE_CAPTION = "Tracks in space over the terrain; heights are drawn larger than distances."
 _MOTION_CAPTION = (
     "Yaw from east, counter-clockwise, and pitch of the flight path, upwards, once a second, of "
@@ -152,7 +154,7 @@ def _tiles(result: MissionResult) -> Iterable[str]:
         )
     yield _tile(number(result.min_separation_m, "m"), f"closest pair{beyond}")
     yield _tile(data_size(sent), f"sent in {count(frames)} frames")
-    yield _tile(f"{flown / 1000:.1f} km", "flown together")
+    yield _tile(f"{flown / 1000:.1f} km", "travelled together")
 
 
 def _tile(value: str, label: str) -> str:
@@ -162,8 +164,10 @@ def _tile(value: str, label: str) -> str:
 def _map_caption(result: MissionResult) -> str:
     grid = result.grid
     area = f"{grid.columns} × {grid.rows} cells of {grid.cell_m:g} m"
+    stars = " Targets are numbered as below." if result.by_signal else ""
     return (
         f"{area}, numbered (column, row) from the south-west; a number marks where an agent began."
+        + stars
     )
 
 
@@ -188,8 +192,9 @@ def _alliances(drawn: Mapping[str, Drawn]) -> str:
 
 
 def _targets(result: MissionResult) -> str:
+    """By signal, targets have the numbers of the map and of the suballiances."""
     word = "found" if result.by_signal else "declared"
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             f"({target.cell[0]}, {target.cell[1]})",
             f"not {word}" if target.found_at_s is None else duration(target.found_at_s),
@@ -198,7 +203,11 @@ def _targets(result: MissionResult) -> str:
         for target in result.targets
     ]
     rows += [(f"({c}, {r})", "false: nothing there", "-") for c, r in result.false_targets]
-    return _table(("cell", f"{word} at (min:s)", "by agent"), rows, numeric=False)
+    head: tuple[str, ...] = ("cell", f"{word} at (min:s)", "by agent")
+    if result.by_signal:
+        head = ("target", *head)
+        rows = [(str(number), *row) for number, row in enumerate(rows, 1)]
+    return _table(head, rows, numeric=False)
 
 
 def _agents(agents: Sequence[AgentResult]) -> str:
