@@ -212,6 +212,8 @@ class MissionWatch(Known):
         if not self._passed(past.points[-1].t_us):
             return
         self.series = [point_of(point) for point in past.points]
+        for point in self.series:
+            self.separation.recall(point.t_us, point.separation_m)
         for number, track in past.tracks.items():
             self._agent(number, self.t_us).track[:0] = track
         for event in past.events:

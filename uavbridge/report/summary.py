@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable
+from textwrap import wrap
 
 import msgspec
 from msgspec import Struct
@@ -138,7 +139,7 @@ def summary_text(result: MissionResult) -> str:
         _row("radio", _radio(result)),
         *([_row("emulated", plain(result.radio))] if result.radio else ()),
         *_lost(result),
-        *(_listing("notes", [plain(text) for text in result.notes]) if result.notes else ()),
+        *(_listing("notes", _wrapped(result.notes)) if result.notes else ()),
         *_listing("failures", [plain(text) for text in result.failures]),
         _row("digest", result.digest or "-"),
     ]
@@ -178,6 +179,12 @@ def _target_rows(result: MissionResult) -> list[str]:
     if total > _LISTED:
         rows.append(_row("", f"and {total - _LISTED} more"))
     return rows
+
+
+def _wrapped(texts: Iterable[str]) -> list[str]:
+    """The texts in lines that fit beside the names."""
+    room = _WIDTH - len(_row("", ""))
+    return [line for text in texts for line in wrap(plain(text), room)]
 
 
 def _listing(name: str, texts: list[str]) -> list[str]:

@@ -75,6 +75,11 @@ class SeparationWatch:
         if closest < self.closest_m:
             self.closest_m, self.at_us = closest, t_us
 
+    def recall(self, t_us: int, closest_m: float) -> None:
+        """What was closest at a moment before the first positions, as somebody else tells it."""
+        if closest_m < self.closest_m:
+            self.closest_m, self.at_us = closest_m, t_us
+
     def take_recent(self) -> float:
         """Closest (m) since the last call; NaN with fewer than two in the air."""
         recent, self._recent = self._recent, inf

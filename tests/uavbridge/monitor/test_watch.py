@@ -81,6 +81,7 @@ def test_a_watch_knows_what_the_judge_and_the_agents_know(tmp_path, rule):
         {i: len(track) for i, track in judge.tracks.items()}, abs=2
     )
     assert early.separation.closest == judge.separation.closest
+    assert late.separation.closest == pytest.approx(judge.separation.closest)
     assert [p.coverage for p in early.series[1:-1]] == pytest.approx(
         [s.coverage for s in judge.samples[1:-1]][: len(early.series) - 2], abs=0.05
     )

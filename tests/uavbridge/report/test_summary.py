@@ -97,3 +97,10 @@ def test_quantities() -> None:
         "5.00 m", "12.3 m", "1234 m", "-",
     ]  # fmt: skip
     assert plain("a\x1b[31mb\nc") == "a [31mb c"
+
+
+def test_notes_are_told_whole(flown: MissionResult) -> None:
+    note = "recorded from the bus: what each radio delivered and the decisions are not in it"
+    text = summary_text(replace(flown, notes=(note,)))
+    assert note in " ".join(text.split())
+    assert max(map(len, text.split("\n"))) <= 80
