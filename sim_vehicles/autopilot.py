@@ -17,7 +17,7 @@ from sim_vehicles.arming import Refusal, why_not_arm, why_not_change
 from sim_vehicles.craft import Craft
 from sim_vehicles.dynamics.model import F64, Bools, Setpoints, States
 from sim_vehicles.failsafe import Failsafes
-from sim_vehicles.legs import DESCEND, Asked
+from sim_vehicles.legs import DESCEND, Asked, Tilt
 from sim_vehicles.modes import Mode, ModeSpec
 from sim_vehicles.params import Parameters
 from sim_vehicles.pilot import Routine
@@ -302,6 +302,9 @@ class Autopilot:
             self.legs.follow(i, asked)
         else:
             self._early[i] = asked
+
+    def tilt(self, i: int, asked: Tilt) -> None:
+        """An attitude setpoint: aircraft's, passed over by others."""
 
     def load(self, i: int, steps: tuple[Step, ...]) -> None:
         """A new mission; one that is being flown begins anew."""

@@ -8,7 +8,7 @@ spun up; then the permitted climb grows along a ramp, as PX4's does.
 from __future__ import annotations
 
 from math import nan
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -35,6 +35,16 @@ FLIGHT: Final = 2
 
 Asked: TypeAlias = tuple[float, float, float, float, float, float, float, float]
 """Position, velocity (ENU), yaw, yaw rate of a setpoint; NaN: not controlled."""
+
+
+class Tilt(NamedTuple):
+    """An attitude asked for, in place of a way to go; NaN: not controlled."""
+
+    roll: float = nan  # rad, right wing down
+    pitch: float = nan  # rad, nose up
+    throttle: float = nan  # 0..1
+    roll_rate: float = nan  # rad/s, where there is no roll
+    pitch_rate: float = nan
 
 
 class Legs:
@@ -158,6 +168,9 @@ class Legs:
             setpoints.yaw[here] = yaw[which]
             setpoints.yaw_rate[here] = rate[which]
 
+    def tilt(self, i: int, asked: Tilt, position: Vector | None = None) -> None:
+        """Do as an attitude says, of those that take one; to a position where it says nothing."""
+
     def has_place(self, i: int) -> bool:
         """Whether the leg leads to a place to stay at."""
         return bool(self.kind[i] == GO)
@@ -172,6 +185,13 @@ class Legs:
         self._speed[i] = speed_m_s
         self._changed = True
 
+    def turn(self, i: int, yaw_rad: float) -> None:
+        """Look another way, wherever the leg leads to."""
+        self._wanted.yaw[i] = yaw_rad
+        self._wanted.yaw_rate[i] = nan
+        if i in self._newest:
+            self._newest[i] = (*self._newest[i][:6], yaw_rad, nan)
+
     def set_circle(self, i: int, radius_m: float) -> None:
         """Radius of loiters, positive counter-clockwise; NaN: the usual. Of those that loiter."""
 
@@ -185,13 +205,6 @@ class Legs:
         self._newest.pop(i, None)
         self._watched[i] = False
         self._climbing[i] = False
-    def turn(self, i: int, yaw_rad: float) -> None:
-        """Look another way, wherever the leg leads to."""
-        self._wanted.yaw[i] = yaw_rad
-        self._wanted.yaw_rate[i] = nan
-        if i in self._newest:
-            self._newest[i] = (*self._newest[i][:6], yaw_rad, nan)
-
         self.due_us[i] = ALWAYS_LATER
         self._changed = True
 

@@ -25,13 +25,14 @@ from sim_vehicles.protocol.services import HANDLERS, go_on
 from sim_vehicles.report import Report
 from sim_vehicles.status import Said, Shown
 from sim_vehicles.telemetry import Telemetry
+from sim_vehicles.winged.pilot import Px4Plane
 
 _TICK_S: Final = 0.1  # of the autopilots' navigation and timers
 _LONGEST: Final = 1400  # bytes of a datagram made of several
 PILOTS: Final[Mapping[tuple[str, str], type[Autopilot]]] = {
     ("px4", "multirotor"): Autopilot,
     ("px4", "rover"): Autopilot,
-    ("px4", "plane"): Autopilot,
+    ("px4", "plane"): Px4Plane,
     ("ardupilot", "multirotor"): ArduPilot,
     ("ardupilot", "rover"): ArduPilot,
     ("ardupilot", "plane"): ArduPlane,

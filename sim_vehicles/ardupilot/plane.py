@@ -14,7 +14,7 @@ from sim_vehicles.ardupilot.routines import all_told
 from sim_vehicles.arming import Refusal
 from sim_vehicles.dynamics.plane import PlaneLimits
 from sim_vehicles.failsafe import Failsafes
-from sim_vehicles.legs import Asked
+from sim_vehicles.legs import Asked, Tilt
 from sim_vehicles.modes import Mode
 from sim_vehicles.pilot import Pilot, Routine
 from sim_vehicles.plans import Do, Step
@@ -25,6 +25,7 @@ from sim_vehicles.winged.routines import FLOWN, legs_of
 
 _WARNING, _INFO = 4, 6
 _AUTOLAND_AFTER, _AUTOLAND_AT_ONCE = 1, 2  # of RTL_AUTOLAND
+_TILTED_US: Final = 3_000_000
 _AHEAD_M: Final = 1e4  # as far as a course is held
 _NAMES: Final = frozenset(each.name for each in PX4)
 HIDDEN: Final = (*PX4, *(each for each in _HIDDEN if each.name not in _NAMES))
@@ -45,6 +46,7 @@ class ArduPlane(ArduPilot):
         super()._watch()
         self._ways: dict[int, tuple[float, float, float, float, float]] = {}
         self._speeds: dict[int, float] = {}  # asked for in Guided
+        self._tilted_us: dict[int, int] = {}  # when an attitude came last
         return PlaneFailsafes(self)
 
     @property
@@ -64,11 +66,23 @@ class ArduPlane(ArduPilot):
         if self.status.landed[i]:
             return
         if isfinite(asked[0]):
+            self._tilted_us.pop(i, None)
             super().follow(i, (*asked[:3], nan, nan, nan, nan, nan))
             self._targets[i] = asked[:3]
             self._ways[i] = (*asked[:3], nan, nan)
         elif isfinite(asked[2]):
             self.change_height(i, asked[2])
+
+    def tilt(self, i: int, asked: Tilt) -> None:
+        """Guided: the angles and the throttle that are named, for three seconds."""
+        if self._guided(i):
+            self.legs.tilt(i, asked)
+            self._tilted_us[i] = self.now_us
+
+    def tick(self, t_us: int) -> None:
+        super().tick(t_us)
+        for i in [i for i, since in self._tilted_us.items() if t_us - since > _TILTED_US]:
+            self._go_on(i, self._ways.get(i, (*self.place(i), nan, nan)))
 
     def change_height(self, i: int, z: float) -> Refusal | None:
         """Guided: the same place, or the same way, at another height (ENU m)."""
@@ -129,10 +143,12 @@ class ArduPlane(ArduPilot):
     def _go_on(self, i: int, way: tuple[float, float, float, float, float]) -> None:
         """Place and velocity over ground, NaN where there is none, at a height."""
         self._ways[i] = way
+        self._tilted_us.pop(i, None)
         self.legs.start_following(i, (*way, nan, nan, nan))
 
     def switch(self, i: int, mode: Mode) -> None:
         self._ways.pop(i, None)
+        self._tilted_us.pop(i, None)
         self._speeds.pop(i, None)
         super().switch(i, mode)
 

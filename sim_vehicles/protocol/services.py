@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from typing import Final
 
-from sim_vehicles.protocol import commands, link, missions, parameters, requests, setpoints
+from sim_vehicles.protocol import (
+    attitudes,
+    commands,
+    link,
+    missions,
+    parameters,
+    requests,
+    setpoints,
+)
 from sim_vehicles.protocol.endpoint import Endpoint, Handlers
 
 HANDLERS: Final[Handlers] = {
@@ -17,6 +25,7 @@ HANDLERS: Final[Handlers] = {
     "FILE_TRANSFER_PROTOCOL": requests.on_file,
     "LOG_REQUEST_LIST": requests.on_log_list,
     "REQUEST_DATA_STREAM": requests.on_data_stream,
+    "SET_ATTITUDE_TARGET": attitudes.on_attitude,
     "SET_POSITION_TARGET_LOCAL_NED": setpoints.on_local,
     "SET_POSITION_TARGET_GLOBAL_INT": setpoints.on_global,
     "PARAM_REQUEST_READ": parameters.on_read,

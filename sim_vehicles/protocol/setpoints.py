@@ -7,9 +7,11 @@ from typing import Any, Final
 
 from sim_vehicles.codec import Packet, mav
 from sim_vehicles.geodesy import to_enu
-from sim_vehicles.plans import NOWHERE, Vector
+from sim_vehicles.legs import Tilt
+from sim_vehicles.plans import NOWHERE, Do, Vector
 from sim_vehicles.protocol.endpoint import Endpoint
 from sim_vehicles.protocol.orders import FARTHEST_M
+from sim_vehicles.winged.pilot import Px4Plane
 
 _PLACE: Final = 7  # the bits of a position, and of a velocity
 _HEIGHT: Final = 4
@@ -17,6 +19,10 @@ _SPEED: Final = 56
 _FORCE: Final = 512
 _NO_YAW: Final = 1024
 _NO_YAW_RATE: Final = 2048
+_TYPE: Final = 0x7000  # of PX4's setpoints for aircraft
+_IDLE: Final = 0x4000
+_MANOEUVRES: Final = {0x1000: Do.TAKE_OFF, 0x2000: Do.LAND}
+_GLIDE: Final = 292
 _TURNS: Final = 1e3  # rad, rad/s: more is nonsense
 
 _NED: Final[int] = mav.MAV_FRAME_LOCAL_NED
@@ -113,9 +119,31 @@ def _turned(vector: Vector, yaw: float) -> Vector:
     return ahead * c + right * s, ahead * s - right * c, up
 
 
+def _as_told(endpoint: Endpoint, mask: int, position: Vector) -> bool:
+    """The types of setpoint that PX4 documents for aircraft; whether it was one of them.
+
+    A loiter (12288) is what a place alone asks for, and flown as that.
+    """
+    pilot, i = endpoint.pilot, endpoint.index
+    assert isinstance(pilot, Px4Plane)
+    near = all(abs(part) <= FARTHEST_M for part in position if isfinite(part))
+    kind = _MANOEUVRES.get(mask & _TYPE)
+    if mask & _TYPE == _IDLE:
+        pilot.tilt(i, Tilt(0.0, 0.0, 0.0))
+    elif mask == _GLIDE and near and isfinite(position[0]):
+        pilot.glide(i, (position[0], position[1], nan))
+    elif kind is not None and near and all(map(isfinite, position)):
+        pilot.manoeuvre(i, kind, position)
+    else:
+        return False
+    return True
+
+
 def _follow(endpoint: Endpoint, message: Any, position: Vector, velocity: Vector) -> None:
     """Hand a setpoint on, unless it asks for nothing or for what can not be."""
     mask = message.type_mask
+    if isinstance(endpoint.pilot, Px4Plane) and _as_told(endpoint, mask, position):
+        return
     asked = (*position, *velocity)
     if mask & _FORCE or not any(map(isfinite, asked)) or any(abs(x) > FARTHEST_M for x in asked):
         return

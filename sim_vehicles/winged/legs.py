@@ -8,12 +8,13 @@ from typing import Final
 import numpy as np
 
 from sim_vehicles.dynamics.model import F64, Bools, States
-from sim_vehicles.legs import DESCEND, FLIGHT, FOLLOW, GO, Legs
+from sim_vehicles.legs import DESCEND, FLIGHT, FOLLOW, GO, Asked, Legs, Tilt
 from sim_vehicles.params import Parameters
 from sim_vehicles.plans import Vector
 from sim_vehicles.status import I64, Status
 
 _LEAD_S: Final = 1.0  # a turn begins this long before the end of a line
+_LOOK_S: Final = 0.5  # less than that apart are two ticks
 _SLOWEST_TURN: Final = 1e-6
 _FLOAT_S: Final = 5.0
 _FLARE_1_S: Final = 0.25  # sink asked for per metre of height, near the ground
@@ -33,6 +34,8 @@ class WingedLegs(Legs):
         self._way: F64 = np.zeros((n, 2))  # unit vectors of lines
         self._floor: F64 = np.zeros(n)  # ENU m, of the runway
         self._circle: F64 = np.full(n, nan)  # asked for in place of the parameter's
+        self._tilts: dict[int, Tilt] = {}
+        self._tilted_us = 0
         column = parameters.column
         self._loiter, self._slowest = column("NAV_LOITER_RAD"), column("FW_AIRSPD_MIN")
         self._landing, self._glide = column("FW_LND_AIRSPD"), column("FW_LND_ANG")
@@ -99,6 +102,47 @@ class WingedLegs(Legs):
         asked = float(self._circle[i])
         return -float(self._loiter[i]) if asked != asked else asked
 
+    def tilt(self, i: int, asked: Tilt, position: Vector | None = None) -> None:
+        if i not in self._tilts:
+            self._begin(i, FOLLOW)
+            self.followers.add(i)
+            states, wanted = self._states, self._wanted
+            wanted.motors[i] = True
+            wanted.attitude[i] = states.roll[i], states.pitch[i], nan
+        if position is not None:
+            self._wanted.position[i] = position
+            self._wanted.velocity[i] = nan
+        self._newest.pop(i, None)
+        self._tilts[i] = asked
+
+    def _begin(self, i: int, kind: int) -> None:
+        super()._begin(i, kind)
+        self._level(i)
+
+    def follow(self, i: int, asked: Asked) -> None:
+        super().follow(i, asked)
+        self._level(i)
+
+    def _level(self, i: int) -> None:
+        """No attitude is asked for any more."""
+        self._tilts.pop(i, None)
+        self._wanted.attitude[i] = nan
+
+    def _lean(self, t_us: int) -> None:
+        """Attitudes asked for; rates of turn change them."""
+        since_s = (t_us - self._tilted_us) * 1e-6
+        dt_s = since_s if since_s < _LOOK_S else 0.0
+        self._tilted_us = t_us
+        get, attitude = self._parameters.get, self._wanted.attitude
+        for i, asked in self._tilts.items():
+            roll, pitch, _ = attitude[i].tolist()
+            rolls, pitches = asked.roll_rate, asked.pitch_rate
+            roll = roll + dt_s * rolls if rolls == rolls else asked.roll
+            pitch = pitch + dt_s * pitches if pitches == pitches else asked.pitch
+            most = radians(get(i, "FW_R_LIM"))
+            low, high = radians(get(i, "FW_P_LIM_MIN")), radians(get(i, "FW_P_LIM_MAX"))
+            attitude[i] = _within(roll, -most, most), _within(pitch, low, high), asked.throttle
+
     def in_flight(self, i: int) -> None:
         super().in_flight(i)
         self._wanted.radius[i] = -self._loiter[i]
@@ -124,6 +168,8 @@ class WingedLegs(Legs):
         waiting = self._lined & self._watched & (self.kind == GO)
         if waiting.any():
             self._end_lines(waiting, t_us)
+        if self._tilts:
+            self._lean(t_us)
         return super().fly(t_us)
 
     def _end_lines(self, waiting: Bools, t_us: int) -> None:
@@ -174,12 +220,17 @@ class WingedLegs(Legs):
     def _apply(self, t_us: int) -> None:
         wanted = self._wanted
         self.setpoints.radius[:] = wanted.radius
+        self.setpoints.attitude[:] = wanted.attitude
         follows = self.kind == FOLLOW  # at the speed of their setpoints, where these have one
         if follows.any():
             moving = np.isfinite(wanted.velocity[:, 0])
             cruise = np.where(np.isnan(self._speed), self._cruise, self._speed)
             np.copyto(wanted.max_speed, np.where(moving, inf, cruise), where=follows)
         super()._apply(t_us)
+
+    def _leads_up(self) -> Bools:
+        lifts = (self._wanted.attitude[:, 1] > 0.0) & (self._wanted.attitude[:, 2] > 0.0)
+        return super()._leads_up() | lifts
 
     def _hold_down(self, t_us: int) -> None:
         """On the ground the propeller stands still until a leg leads up."""
@@ -188,6 +239,10 @@ class WingedLegs(Legs):
         waits = self.gate != FLIGHT
         self.gate[waits & self._status.armed & spun & self._leads_up()] = FLIGHT
         self.setpoints.motors &= self.gate == FLIGHT
+
+
+def _within(value: float, least: float, most: float) -> float:
+    return min(max(value, least), most) if value == value else nan
 
 
 def glide_run(height_m: float, angle_deg: float) -> float:

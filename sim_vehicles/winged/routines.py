@@ -55,7 +55,7 @@ def hold(pilot: Pilot, i: int) -> Routine:
 def land(pilot: Pilot, i: int) -> Routine:
     """Come down to where it is now, on the course it has now."""
     x, y, _ = pilot.place(i)
-    yield from _land_at(pilot, i, x, y, float(pilot.states.ground[i]), _course(pilot, i))
+    yield from land_at(pilot, i, x, y, float(pilot.states.ground[i]), course(pilot, i))
 
 
 def return_home(pilot: Pilot, i: int) -> Routine:
@@ -91,11 +91,20 @@ def return_home(pilot: Pilot, i: int) -> Routine:
     if delay > 0.0:
         legs.pause(i, pilot.now_us + round(delay * 1e6))
         yield
-    yield from _land_at(pilot, i, hx, hy, hz, float(pilot.status.home_yaw[i]))
+    yield from land_at(pilot, i, hx, hy, hz, float(pilot.status.home_yaw[i]))
 
 
-def _land_at(pilot: Pilot, i: int, x: float, y: float, floor: float, yaw: float) -> Routine:
-    """Circle down to the entry of the glide, turn in, glide, flare, roll out."""
+def land_at(pilot: Pilot, i: int, x: float, y: float, floor: float, yaw: float) -> Routine:
+    """Circle down to the entry of the glide, turn in, glide, flare, roll out.
+
+    Args:
+        pilot: whose routine it is.
+        i: the vehicle.
+        x: of the place to come down at, ENU m.
+        y: the same.
+        floor: height of the ground there.
+        yaw: course of the glide.
+    """
     if pilot.status.landed[i]:
         _round(pilot, i, (nan, nan, nan))
         yield
@@ -122,7 +131,7 @@ def _land_at(pilot: Pilot, i: int, x: float, y: float, floor: float, yaw: float)
 
 def _lined_up(pilot: Pilot, i: int, ex: float, ey: float, size: float, yaw: float) -> bool:
     x, y, _ = pilot.place(i)
-    off = (_course(pilot, i) - yaw + pi) % (2 * pi) - pi
+    off = (course(pilot, i) - yaw + pi) % (2 * pi) - pi
     return abs(off) < _ALIGNED_RAD and hypot(x - ex, y - ey) < 0.5 * size
 
 
@@ -156,15 +165,6 @@ def _step_go(pilot: Pilot, i: int, step: Step) -> Routine:
         yield from STEPS[Do.PAUSE](pilot, i, step)
 
 
-def _behind(pilot: Pilot, i: int, here: Vector) -> Vector:
-    """Where the line to the step begins: at the place before it in the plan, or here."""
-    plan = pilot.plans[i]
-    if plan.current == 0:
-        return here
-    before = plan.steps[plan.current - 1]
-    placed = before.do in (Do.GO, Do.TAKE_OFF, Do.STAY) and isfinite(before.position[0])
-    return before.position if placed else here
-
 def _step_circle(pilot: Pilot, i: int, step: Step) -> Routine:
     """Loiter until it has gone round so many times."""
     yield from _step_go(pilot, i, replace(step, pause_s=_LOOK_S))
@@ -179,6 +179,15 @@ def _step_circle(pilot: Pilot, i: int, step: Step) -> Routine:
         left -= abs((bearing - before + pi) % (2.0 * pi) - pi)
         before = bearing
 
+
+def _behind(pilot: Pilot, i: int, here: Vector) -> Vector:
+    """Where the line to the step begins: at the place before it in the plan, or here."""
+    plan = pilot.plans[i]
+    if plan.current == 0:
+        return here
+    before = plan.steps[plan.current - 1]
+    placed = before.do in (Do.GO, Do.TAKE_OFF, Do.STAY) and isfinite(before.position[0])
+    return before.position if placed else here
 
 
 def _step_stay(pilot: Pilot, i: int, step: Step) -> Routine:
@@ -197,8 +206,8 @@ def _step_land(pilot: Pilot, i: int, step: Step) -> Routine:
     home = float(pilot.status.home[i, 2])
     floor = tz if isfinite(tz) else home
     far = hypot(tx - x, ty - y) > 1.0
-    yaw = atan2(ty - y, tx - x) if far else _course(pilot, i)
-    yield from _land_at(pilot, i, tx, ty, floor, yaw)
+    yaw = atan2(ty - y, tx - x) if far else course(pilot, i)
+    yield from land_at(pilot, i, tx, ty, floor, yaw)
 
 
 def _off_the_ground(pilot: Pilot, i: int) -> Routine:
@@ -221,7 +230,7 @@ def _round(pilot: Pilot, i: int, position: Vector) -> None:
     legs_of(pilot).go(i, (x, y, z), nan)
 
 
-def _course(pilot: Pilot, i: int) -> float:
+def course(pilot: Pilot, i: int) -> float:
     """Over ground, or where it looks."""
     vx, vy, _ = pilot.states.velocity[i].tolist()
     return atan2(vy, vx) if hypot(vx, vy) > 1.0 else pilot.yaw(i)
@@ -232,6 +241,7 @@ FLOWN: Final[Mapping[Do, StepRoutine]] = {
     Do.TAKE_OFF: _step_take_off,
     Do.GO: _step_go,
     Do.STAY: _step_stay,
+    Do.CIRCLE: _step_circle,
     Do.LAND: _step_land,
 }
 """How an aircraft flies each step of a mission."""
@@ -241,7 +251,6 @@ WINGED: Final[Mapping[Mode, Make]] = {
     Mode.TAKEOFF: take_off,
     Mode.HOLD: hold,
     Mode.MISSION: mission(FLOWN),
-    Do.CIRCLE: _step_circle,
     Mode.RETURN: return_home,
     Mode.LAND: land,
 }

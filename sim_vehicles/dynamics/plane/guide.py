@@ -15,9 +15,9 @@ the course turns where the path is curved. Velocities are over ground; what the 
 them is asked for as airspeed, within the envelope. ``max_speed`` is an airspeed: where it is
 given, it counts and not the size of the velocity.
 
-An attitude (roll, pitch, throttle, each alone too) takes the place of what it names. With a throttle
-and no pitch the pitch holds the airspeed, as gliders do. The envelope counts before it: too slow,
-the nose goes down whatever is asked for; too fast, it comes up and the throttle is closed.
+An attitude (roll, pitch, throttle, each alone too) takes the place of what it names. With a
+throttle and no pitch the pitch holds the airspeed, as gliders do. The envelope counts before it:
+too slow, the nose goes down whatever is asked for; too fast, it comes up, the throttle is closed.
 """
 
 from __future__ import annotations

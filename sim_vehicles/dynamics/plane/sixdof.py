@@ -107,6 +107,7 @@ class SixDof:
         if ground.any():
             fast = (speed > self._params.limits.rotate_m_s) & ~stops
             wanted.roll[ground] = 0.0
+            wanted.pitch[ground] = np.nan
             wanted.climb[ground] = np.where(fast, _NOSE_UP, 0.0)[ground]
             self._loops.rest(ground & ~fast)
 
