@@ -36,7 +36,7 @@ steepest_deg = 35
 hills = 6
 
 [signals]
-range_m = 150
+range_m = 100
 arrival_m = 15
 
 [radio]
@@ -108,7 +108,7 @@ def test_decisions_are_taken_again_with_signals_and_ground(flown):
 def test_the_report_shows_the_ground_and_the_suballiances(flown):
     folder, result, _ = flown
     page = (folder / "report.html").read_text()
-    for words in ("targets found by their signals", "Suballiances", "1 / 1"):
+    for words in ("targets found by their signals", "Suballiances", "1 / 1", "<th>target</th>"):
         assert words in page
     again = recorded_result(folder)
     assert [t.found_at_s for t in again.targets] == [t.found_at_s for t in result.targets]
