@@ -131,9 +131,8 @@ class Channel(ABC, Generic[M]):
     @abstractmethod
     def _decode(data: bytes, rejects: Counter[str]) -> M | None: ...
 
-    @staticmethod
     @abstractmethod
-    def _number(message: M) -> int:
+    def _number(self, message: M) -> int:
         """With sender and receiver, the key of the radio's draws."""
 
     @staticmethod

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from uavbridge.bus.api import Bus
 from uavbridge.bus.channel import Channel, Verdicts
 from uavbridge.bus.tiles import Tiling
 from uavbridge.bus.truth import TruthTrack
+from uavbridge.bus.wire import WAITED_LIMIT_S
+from uavbridge.clock import SECOND_US
 from uavbridge.place.wire import Said, decode_said, encode_said
 from uavbridge.radio import Radio, Verdict
 
@@ -26,6 +29,7 @@ class PlaceAir(Channel[Said]):
         ids: of the agents, or place agents, in this process.
         tiling: of the keys.
         truth: true positions of the vehicles.
+        tick_us: between two decisions of an agent: at most one word a tick, and one answer.
     """
 
     _what = "place message"
@@ -37,7 +41,10 @@ class PlaceAir(Channel[Said]):
         ids: Sequence[int],
         tiling: Tiling,
         truth: TruthTrack | None = None,
+        *,
+        tick_us: int = 1,
     ) -> None:
+        self._tick_us = tick_us
         super().__init__(bus, radio, ids, tiling, truth)
         self._meant: Bools = np.zeros((0, len(self.agents)), np.bool_)
 
@@ -63,5 +70,12 @@ class PlaceAir(Channel[Said]):
         return decode_said(data, rejects)
 
     @staticmethod
-    def _number(message: Said) -> int:
-        return message.t_us
+    def _waited(message: Said, waited_s: float) -> Said:
+        return replace(message, waited_s=min(waited_s, WAITED_LIMIT_S))
+
+    @staticmethod
+    def _left_us(message: Said) -> float:
+        return message.t_us + message.waited_s * SECOND_US
+
+    def _number(self, message: Said) -> int:
+        return message.t_us // self._tick_us  # a burst lasts as long as for frames

@@ -23,7 +23,7 @@ from uavbridge.bus.wire import (
 )
 
 MOST_BYTES = 16_384
-_SAID = Struct("<2sBBIIq3f")
+_SAID = Struct("<2sBBIIq3fH")
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +36,7 @@ class Said:
         t_us: when it was sent; several of one sender at one time are a microsecond apart.
         position: of the sender then, ENU m.
         body: a word, or an answer.
+        waited_s: in the queue of the sender's radio, in whole ms.
     """
 
     sender: int
@@ -43,13 +44,21 @@ class Said:
     t_us: int
     position: Vector
     body: bytes
+    waited_s: float = 0.0
 
 
 def encode_said(said: Said) -> bytes:
     """The bytes of a message. Raises ValueError when a number does not fit its field."""
     try:
         head = _SAID.pack(
-            MAGIC, VERSION, Kind.PLACE, said.sender, said.to, said.t_us, *said.position
+            MAGIC,
+            VERSION,
+            Kind.PLACE,
+            said.sender,
+            said.to,
+            said.t_us,
+            *said.position,
+            round(said.waited_s * 1e3),
         )
     except (error, OverflowError) as fault:
         raise ValueError(f"place: {fault}") from None
@@ -63,10 +72,10 @@ def decode_said(data: bytes, rejects: Counter[str] | None = None) -> Said | None
 
 def _said(data: bytes) -> Said:
     check_head(data, _SAID.size, (Kind.PLACE,))
-    _, _, _, sender, to, t_us, x, y, z = _SAID.unpack_from(data)
+    _, _, _, sender, to, t_us, x, y, z, waited_ms = _SAID.unpack_from(data)
     if len(data) > _SAID.size + MOST_BYTES:
         raise MalformedError("size")
     check_time(t_us)
     if not all(-POSITION_LIMIT_M <= part <= POSITION_LIMIT_M for part in (x, y, z)):
         raise MalformedError("position")
-    return Said(sender, to, t_us, (x, y, z), data[_SAID.size :])
+    return Said(sender, to, t_us, (x, y, z), data[_SAID.size :], waited_ms / 1e3)

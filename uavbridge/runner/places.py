@@ -28,7 +28,14 @@ def service_of(mission: Mission, bus: Bus, air: Air, truth: TruthTrack) -> Servi
     if table is None:
         return None
     if table.form == "places":
-        radio = PlaceAir(bus, air.radio, air.agents, assemble.radio_tiling(mission), truth)
+        radio = PlaceAir(
+            bus,
+            air.radio,
+            air.agents,
+            assemble.radio_tiling(mission),
+            truth,
+            tick_us=to_us(mission.tick),
+        )
         radio.share(air)
         return Asking(sites_of(mission, table), radio)
     return copies_of(mission, bus, air.agents)
@@ -70,7 +77,14 @@ def places_of(
     mine = _hosted(table, [site.place for site in sites]) if here is None else list(here)
     if not mine:
         return None
-    air = PlaceAir(bus, radio_of(mission), mine, assemble.radio_tiling(mission), TruthTrack(bus))
+    air = PlaceAir(
+        bus,
+        radio_of(mission),
+        mine,
+        assemble.radio_tiling(mission),
+        TruthTrack(bus),
+        tick_us=to_us(mission.tick),
+    )
     kept = {} if store is None and table.store else store
     return PlaceHost(
         sites,

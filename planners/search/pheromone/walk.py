@@ -20,6 +20,7 @@ from planners.search.pheromone.columns import closed_cells
 from planners.search.pheromone.params import PheromoneParams
 from planners.types import F64, I64, Ask, Bools, Edit, Scenario, View
 
+LIKELY = 0.5  # a cell above it is gone to, and looked at again on the way
 RECENT = 5  # ticks until what was told must be in the answers
 _NONE: I64 = np.zeros((0, 2), np.int64)
 
@@ -115,7 +116,8 @@ class Walk:
         seen = seen[grid.inside(seen)]
         seen = seen[self._closed(view, seen)]
         fresh, told = new_columns(seen, memory.told, grid.rows)
-        visits = np.array([at for at in wanted if at in (memory.cell, there)], np.int64)
+        sure = {*self._held(view, memory.cell, self.scenario.detection_threshold), *_marks(local)}
+        visits = np.array([at for at in wanted if at in sure & {memory.cell, there}], np.int64)
         visits = visits.reshape(-1, 2)
         after = WalkMemory(
             there,
@@ -146,12 +148,15 @@ class Walk:
         return closed_cells(self.scenario.grid, columns, cells, self.params.clearance_m)
 
     def _wanted(self, view: View, memory: WalkMemory, local: Local | None) -> list[tuple[int, int]]:
-        """Targets in sight that are new or wait for a visit, the nearest first."""
-        marks = {} if local is None else _marks(local)
+        """Targets in sight that are new or wait for a visit, the nearest first.
+
+        Likely ones too: looks from nearby will make them sure, or rule them out.
+        """
+        marks, sure = _marks(local), self.scenario.detection_threshold
         lately = {int(flat): int(tick) for flat, tick in memory.visited}
         reach = self.params.sensor
         found = []
-        for cell in {*self._declared(view, memory.cell), *marks}:
+        for cell in {*self._held(view, memory.cell, min(LIKELY, sure)), *marks}:
             apart = float(np.hypot(cell[0] - memory.cell[0], cell[1] - memory.cell[1]))
             told = lately.get(cell[0] * self.scenario.grid.rows + cell[1])
             patience = self.params.period if local is None else RECENT
@@ -160,11 +165,12 @@ class Walk:
                 found.append((apart, cell))
         return [cell for _, cell in sorted(found)]
 
-    def _declared(self, view: View, cell: tuple[int, int]) -> Iterator[tuple[int, int]]:
+    def _held(self, view: View, cell: tuple[int, int], likely: float) -> Iterator[tuple[int, int]]:
+        """Cells around one that the own map holds more likely than that to have a target."""
         reach = self.params.sensor
         west, south = max(cell[0] - reach, 0), max(cell[1] - reach, 0)
         part = view.belief[west : cell[0] + reach + 1, south : cell[1] + reach + 1]
-        for column, row in np.argwhere(part > self.scenario.detection_threshold).tolist():
+        for column, row in np.argwhere(part > likely).tolist():
             yield west + column, south + row
 
     def _goal(self, view: View, memory: WalkMemory, wanted: list[tuple[int, int]]) -> I64:
@@ -229,5 +235,7 @@ def _told_closed(local: Local | None, cells: I64) -> Bools:
     return np.array([(c, r) in closed for c, r in cells.tolist()])
 
 
-def _marks(local: Local) -> dict[tuple[int, int], bool]:
+def _marks(local: Local | None) -> dict[tuple[int, int], bool]:
+    if local is None:
+        return {}
     return {(c, r): bool(due) for (c, r), due in zip(local.marks.tolist(), local.due, strict=True)}

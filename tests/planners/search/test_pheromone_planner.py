@@ -130,6 +130,26 @@ def test_cells_are_passed_without_a_stop_and_columns_avoided():
     assert nearest > 0.0
 
 
+@pytest.mark.parametrize(("likely", "visited"), [(0.8, False), (0.99, True)])
+def test_a_likely_target_is_gone_to_and_counts_as_visited_once_it_is_sure(likely, visited):
+    case = Scenario(GRID, (1,), np.array([[50.0, 50.0, 40.0]]), 1.0)
+    planner = registry.bind(PHEROMONE, case, {"random_share": 1.0})
+    belief = np.full(GRID.shape, 0.05)
+    belief[4, 4] = likely  # two diagonal steps away
+    memory, told, position = None, [], case.starts[0]
+    for tick in range(2):
+        view = View(
+            tick * 1_000_000, tick, 1, position, np.zeros(3), 0.0, Neighbours.none(), belief,
+            belief > 0.5,
+        )  # fmt: skip
+        memory = memory or planner.init(view)
+        goal, memory = planner.plan(view, memory, np.random.default_rng(tick))
+        told += [edit.layer for edit in goal.edits]
+        position = np.array([*GRID.centre_of(memory.cell), 40.0])
+    assert memory.cell == (4, 4)
+    assert (TARGET in told) == visited
+
+
 def test_a_uav_walled_in_stays():
     case = Scenario(GRID, (1,), np.array([[50.0, 50.0, 40.0]]), 1.0)
     planner = registry.bind(PHEROMONE, case, {})

@@ -24,7 +24,7 @@ from uavbridge.place.host import PlaceHost
 from uavbridge.place.service import Asking, Copies, word_of
 from uavbridge.place.store import Store
 from uavbridge.place.wire import Said, decode_said, encode_said
-from uavbridge.radio import Radio
+from uavbridge.radio import Quality, Radio
 
 GRID = Grid(0.0, 0.0, 10.0, 20, 16)
 LAW = KeeperLaw(period=30)
@@ -56,13 +56,13 @@ def goal_at(cell, *, obstacles=(), targets=(), asks=True):
 class World:
     """UAVs and place agents on one local bus, a step a second."""
 
-    def __init__(self, uavs=(1, 2), range_m=1000.0, failures=(), store=None):
-        hub = LocalHub()
-        self.air = Air(hub.bus(), Radio(range_m), uavs)
-        place_air = PlaceAir(hub.bus(), Radio(range_m), uavs, Tiling())
+    def __init__(self, uavs=(1, 2), range_m=1000.0, failures=(), store=None, **quality):
+        hub, radio = LocalHub(), Radio(range_m, 3, Quality(**quality))
+        self.air = Air(hub.bus(), radio, uavs)
+        place_air = PlaceAir(hub.bus(), radio, uavs, Tiling(), tick_us=SECOND)
         place_air.share(self.air)
         self.asking = Asking(SITES, place_air)
-        self.radio = PlaceAir(hub.bus(), Radio(range_m), list(BOXES), Tiling())
+        self.radio = PlaceAir(hub.bus(), radio, list(BOXES), Tiling(), tick_us=SECOND)
         self.places = PlaceHost(
             SITES, list(BOXES), grid=GRID, law=LAW, step_us=SECOND, before=0, bus=hub.bus(),
             air=self.radio, store=store, failures=failures,
@@ -71,12 +71,17 @@ class World:
 
     def step(self, goals, where):
         """One second; the answers that came, decoded, by UAV."""
+        told = self.advance(goals, where)
+        return {uav: [decode_local(one.data) for one in lot] for uav, lot in told.items()}
+
+    def advance(self, goals, where):
+        """One second; the answers that came, by UAV."""
         self.t_us += SECOND
         received = self.asking.receive(where, {}, self.t_us)
         for uav, goal in goals.items():
             self.asking.wish(uav, goal, self.t_us // SECOND, where[uav], self.t_us)
         self.places.step(self.t_us)
-        return {uav: [decode_local(one.data) for one in told] for uav, told in received.items()}
+        return received
 
     def whole(self):
         """The path map that the tiles make together."""
@@ -139,6 +144,48 @@ def test_out_of_range_nobody_answers():
     world.step({1: goal_at((0, 0)), 2: goal_at((5, 4))}, where)
     assert set(world.step({}, where)) == {2}
     assert world.air.traffic[1].frames_sent == 0
+
+
+def asked(world, seconds, where):
+    """A UAV asks every second; for each answer when it came, and how old it was."""
+    came = []
+    for second in range(seconds):
+        told = world.advance({1: goal_at((3, 3))}, {1: where, 2: over((15, 12))})
+        came += [(second, answer.age_s) for answer in told.get(1, [])]
+    return came
+
+
+def test_words_and_answers_are_lost_as_the_radio_says():
+    world = World(loss=0.3)
+    came = asked(world, 300, over((3, 3)))
+    lost = world.air.traffic[1].dropped["loss"]
+    heard = sum(traffic.frames_heard for traffic in world.radio.traffic.values())
+    assert 0.6 < heard / world.air.traffic[1].frames_sent < 0.8
+    assert lost + len(came) in (heard, heard - 1)
+    assert 0.6 < len(came) / heard < 0.8
+
+
+def test_a_burst_takes_all_words_of_its_ticks():
+    world = World(burst_enter=0.05, burst_leave=0.1)
+    came = [second for second, _ in asked(world, 400, over((3, 3)))]
+    gaps = np.diff(came) - 1
+    assert gaps.max() >= 5, "ticks without an answer come together"
+
+
+def test_words_and_answers_take_their_time():
+    came = asked(World(delay_s=1.5), 20, over((3, 3)))
+    assert came[0][0] == 4  # 1.5 s there, seen at the next step, and 1.5 s back
+    assert {age for _, age in came} == {2.0}
+
+
+def test_bandwidth_is_shared_with_frames_and_waiting_is_charged():
+    free, busy = World(bytes_per_s=5000.0), World(bytes_per_s=5000.0)
+    for world, load in ((free, 0), (busy, 6000)):
+        world.air.send(Frame(KEYFRAME, 1, 0, SECOND, over((3, 3)), (0.0,) * 3, bytes(load), 0, b""))
+    assert asked(free, 6, over((3, 3)))[0][0] < asked(busy, 6, over((3, 3)))[0][0]
+    narrow = World(bytes_per_s=100.0, queue_s=1.0)  # an answer has 600 bytes
+    assert min(age for _, age in asked(narrow, 20, over((3, 3)))) > 6.0
+    assert sum(traffic.dropped["queue"] for traffic in narrow.radio.traffic.values()) > 0
 
 
 @pytest.mark.parametrize("kept", ["store", "neighbours"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from collections.abc import Mapping as Map
 
 import numpy as np
@@ -57,8 +58,25 @@ class SearchJudge(Judge):
         return {cell: max(0.0, to_s(one.t_us - began)) for cell, one in self.declared.items()}
 
 
-def fly(mission: Mission, planner: Planner, until: Until = "goal") -> Trial:
-    """One mission; the time of the trial begins with the search."""
+def fly(
+    mission: Mission,
+    planner: Planner,
+    until: Until = "goal",
+    listen: Callable[[Bus], None] = lambda _bus: None,
+) -> Trial:
+    """One mission; the time of the trial begins with the search.
+
+    Args:
+        mission: with targets.
+        planner: bound to its scenario.
+        until: what ends the search.
+        listen: is given a session of the mission's bus before the flight.
+    """
+
+    def judge_of(_longer: Mission, bus: Bus, _recorder: Recorder) -> SearchJudge:
+        listen(bus)
+        return SearchJudge(mission, bus, until)
+
     trial = Trial(mission.duration)
     radio = Radio(mission.radio.range_m, mission.seed)
     ages = Ages(mission.scenario().team)
@@ -83,7 +101,7 @@ def fly(mission: Mission, planner: Planner, until: Until = "goal") -> Trial:
             recorder=recorder,
             progress=progress,
             stop=lambda: False,
-            judge_of=lambda _longer, bus, _recorder: SearchJudge(mission, bus, until),
+            judge_of=judge_of,
         )
     assert isinstance(flown.judge, SearchJudge)
     trial.declare(flown.judge.since_start(), mission)

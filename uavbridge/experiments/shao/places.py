@@ -15,8 +15,12 @@ from numpy.random import Generator
 
 from planners.planner import Planner, param
 from planners.types import I64, Goal, View
+from uavbridge.bus import keys
+from uavbridge.bus.api import Bus, Mailbox
+from uavbridge.bus.messages import decode_truth
+from uavbridge.clock import to_s
 from uavbridge.config import Mission, load
-from uavbridge.config.pheromones import FIRST_PLACE, Failure, Pheromones
+from uavbridge.config.pheromones import FIRST_PLACE, Failure, Pheromones, tiles
 from uavbridge.experiments.comparison.flights import fly
 from uavbridge.experiments.experiment import Case, Experiment, Outcome, Samples
 from uavbridge.runner.assemble import planner_of
@@ -31,6 +35,7 @@ METRICS = (
     "targets_found",
     "bytes_per_agent_s",
     "answer_bytes_per_agent_s",
+    "net_bytes_per_place_s",
     "answered",
     "answer_age_s",
     "min_separation_m",
@@ -41,8 +46,8 @@ METRICS = (
 class PlacesParams:
     """Which mission, and what fails."""
 
-    mission: str = param("shao2020-detect", unit="-", doc="a mission's name or file")
-    duration: float = param(600.0, unit="s", doc="time limit of the search", low=1.0, high=86400.0)
+    mission: str = param("shao2020-small", unit="-", doc="a mission's name or file")
+    duration: float = param(400.0, unit="s", doc="time limit of the search", low=1.0, high=86400.0)
     fail_from_s: float = param(60.0, unit="s", doc="when one place agent fails", low=0.0)
     fail_to_s: float = param(240.0, unit="s", doc="and is back", low=0.0)
     loss: float = param(0.3, unit="1", doc="share of messages lost in the rows with loss", low=0.0)
@@ -105,15 +110,31 @@ def simulate(case: Case, params: PlacesParams, seeds: I64, fidelity: str) -> Sam
     for seed in seeds.tolist():
         mission = mission_of(case, params, seed)
         planner = Overheard(planner_of(mission), case["form"] == "nobody")
-        trial = fly(mission, planner)
+        overheard: list[Mailbox] = []
+
+        def listen(bus: Bus, to: list[Mailbox] = overheard) -> None:
+            to += [bus.subscribe(keys.place_net("*")), bus.subscribe(keys.TRUTH)]
+
+        trial = fly(mission, planner, listen=listen)
         figures = trial.figures()
         told = planner.told_bytes if case["form"] == "places" else 0  # a copy's are its own
         team_s = len(mission.scenario().team) * max(trial.t_s[-1], 1.0)
         figures["answer_bytes_per_agent_s"] = told / team_s
+        figures["net_bytes_per_place_s"] = _net(mission, *overheard)
         figures["answered"] = len(planner.ages) / max(planner.asked, 1)
         figures["answer_age_s"] = float(np.mean(planner.ages)) if planner.ages else np.nan
         rows.append([figures[name] for name in METRICS])
     return dict(zip(METRICS, np.array(rows).T, strict=True))
+
+
+def _net(mission: Mission, net: Mailbox, truth: Mailbox) -> float:
+    """Bytes a second that a place agent tells others, over the whole flight."""
+    last = decode_truth(truth.drain()[-1].data)
+    places = 0 if mission.pheromones is None else len(tiles(mission, mission.pheromones))
+    if last is None or not places:
+        return 0.0
+    told = sum(len(sample.data) for sample in net.drain())
+    return told / places / to_s(max(last.t_us, 1))
 
 
 def plot(figure: Figure, outcome: Outcome) -> None:
@@ -131,7 +152,7 @@ EXPERIMENT = Experiment(
     cases=cases,
     simulate=simulate,
     file=__file__,
-    runs=4,
+    runs=10,
     block=1,
     paired=("form", "loss", "failed"),
     plot=plot,
