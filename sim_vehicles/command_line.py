@@ -18,6 +18,8 @@ from sim_vehicles.dynamics import MODELS, WindSpec
 from sim_vehicles.geodesy import Geodetic
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from sim_vehicles.codec.signing import Keyring
     from sim_vehicles.fleet import Fleet
     from sim_vehicles.server import Report
@@ -317,8 +319,27 @@ async def _fly(
         loop.add_signal_handler(number, end, number)
     _show(options, seats)
     return await serve(
-        fleet, transport, speed=options.speed, duration_s=options.duration, stop=stop
+        fleet,
+        transport,
+        speed=options.speed,
+        duration_s=options.duration,
+        on_step=None if options.as_json else _tell_when_ready(fleet),
+        stop=stop,
     )
+
+
+def _tell_when_ready(fleet: Fleet) -> Callable[[Fleet, int], None]:
+    """Says once that the position estimates are good, for people who want to arm."""
+    ready_us = int(fleet.pilot.status.ready_us.max())
+    told = False
+
+    def look(_fleet: Fleet, t_us: int) -> None:
+        nonlocal told
+        if not told and t_us >= ready_us:
+            told = True
+            click.echo(f"ready to arm, {t_us / 1e6:.1f} s after the start")
+
+    return look
 
 
 def _show(options: Options, seats: tuple[ports.Seat, ...]) -> None:
