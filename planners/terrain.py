@@ -25,7 +25,8 @@ class Terrain:
     """South-western lattice point (ENU m), spacing (m) and heights (columns, rows) in m.
 
     Raises:
-        ValueError: heights are not finite, fewer than 2 x 2, or the spacing is not positive.
+        ValueError: heights or the corner are not finite, heights are fewer than 2 x 2, or the
+            spacing is not positive.
     """
 
     west_m: float
@@ -36,6 +37,8 @@ class Terrain:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.cell_m) and self.cell_m > 0.0):
             raise ValueError(f"terrain: the spacing must be positive, not {self.cell_m}")
+        if not (np.isfinite(self.west_m) and np.isfinite(self.south_m)):
+            raise ValueError(f"terrain: lies at no place ({self.west_m}, {self.south_m})")
         if self.heights.ndim != 2 or min(self.heights.shape) < 2:
             shape = " x ".join(str(size) for size in self.heights.shape)
             raise ValueError(f"terrain: needs at least 2 x 2 heights, not {shape}")
@@ -179,13 +182,18 @@ def mountains(
         width_m: least and largest standard deviation of a hill.
 
     Raises:
-        ValueError: the slope, the number of hills or their widths make no sense.
+        ValueError: the slope, the number of hills, their widths, the bounds or the spacing make
+            no sense.
     """
     if not 0.0 <= steepest_rad < np.pi / 2:
         raise ValueError(f"terrain: the largest slope must be 0 to 90 degrees, not {steepest_rad}")
     if hills < 1 or not 0.0 < width_m[0] <= width_m[1]:
         raise ValueError(f"terrain: no mountains of {hills} hills, {width_m} m wide")
     west, south, east, north = bounds
+    if not (np.isfinite(bounds).all() and west < east and south < north):
+        raise ValueError(f"terrain: no mountains over {bounds}: west, south, east, north in m")
+    if not (np.isfinite(cell_m) and cell_m > 0.0):
+        raise ValueError(f"terrain: the spacing must be positive, not {cell_m}")
     columns = int(np.ceil((east - west) / cell_m)) + 1
     rows = int(np.ceil((north - south) / cell_m)) + 1
     x = west + cell_m * np.arange(columns)

@@ -41,6 +41,11 @@ def test_mountains_have_the_largest_slope_asked_for(seed, steepest):
     assert terrain.heights.min() == 0.0
     points = np.random.default_rng(seed).uniform(BOUNDS[:2], BOUNDS[2:], (500, 2))
     assert (terrain.slope_at(points) <= steepest + 1e-9).all()
+    there = points + np.random.default_rng(seed + 1).normal(0.0, 30.0, points.shape)
+    inside = terrain.contains(there)
+    rise = terrain.height_at(there[inside]) - terrain.height_at(points[inside])
+    far = np.linalg.norm((there - points)[inside], axis=1)
+    assert (abs(rise) <= np.tan(steepest) * far + 1e-9).all(), "nor between any two places"
     assert 0.0 < steep_share(terrain, 0.8 * steepest) < 1.0
 
 
@@ -87,10 +92,27 @@ def test_what_is_no_terrain(cell, heights, words):
         Terrain(0.0, 0.0, cell, heights)
 
 
-@pytest.mark.parametrize("change", [{"steepest_rad": 1.6}, {"hills": 0}, {"width_m": (0.0, 1.0)}])
+def test_what_lies_nowhere():
+    with pytest.raises(ValueError, match="terrain: lies at no place"):
+        Terrain(0.0, float("nan"), 1.0, np.zeros((2, 2)))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"steepest_rad": 1.6},
+        {"hills": 0},
+        {"width_m": (0.0, 1.0)},
+        {"cell_m": 0.0},
+        {"cell_m": float("nan")},
+        {"bounds": (0.0, 0.0, 0.0, 10.0)},
+        {"bounds": (0.0, 0.0, float("inf"), 10.0)},
+    ],
+)
 def test_what_are_no_mountains(change):
+    usual = {"bounds": BOUNDS, "steepest_rad": 0.5}
     with pytest.raises(ValueError, match="terrain: "):
-        mountains(np.random.default_rng(0), BOUNDS, **{"steepest_rad": 0.5, **change})
+        mountains(np.random.default_rng(0), **{**usual, **change})
 
 
 def test_places_to_stand_on():
