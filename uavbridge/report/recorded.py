@@ -105,6 +105,8 @@ def _result(collected: Collected, whole: Opened) -> MissionResult:
         repeat=f"uavbridge launch mission.toml --clock {mission.clock} --seed {mission.seed}",
         digest=recording.digest(),
         out=str(recording.path.parent),
+        ticks=summary.ticks if summary else 0,
+        late_ticks=summary.late_ticks if summary else 0,
     )
 
 

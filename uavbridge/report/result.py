@@ -127,6 +127,8 @@ class MissionResult:
     repeat: str = ""  # the command that flies it again
     digest: str = ""
     out: str = ""  # the output folder
+    ticks: int = 0  # control ticks of a paced mission; 0: not known
+    late_ticks: int = 0  # of them, those that began more than a tick late, or were left out
 
     @property
     def found(self) -> int:

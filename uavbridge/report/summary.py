@@ -71,6 +71,8 @@ class Summary(Struct, frozen=True, kw_only=True):
     digest: str
     out: str
     radio: str = ""  # what was emulated of it
+    ticks: int = 0  # control ticks in real time; 0: stepped, or not known
+    late_ticks: int = 0  # that began more than a tick late, or were left out
 
 
 def summarise(result: MissionResult) -> Summary:
@@ -93,6 +95,8 @@ def summarise(result: MissionResult) -> Summary:
         digest=result.digest,
         out=_valid(result.out),
         radio=_valid(result.radio),
+        ticks=result.ticks,
+        late_ticks=result.late_ticks,
     )
 
 
@@ -130,7 +134,7 @@ def summary_text(result: MissionResult) -> str:
         f"{plain(result.mission)}: {verdict}",
         "",
         _row("mission time", f"{duration(result.duration_s)}{speed}"),
-        _row("seed, clock", f"{result.seed}, {result.clock}"),
+        _row("seed, clock", f"{result.seed}, {result.clock}{_kept(result)}"),
         *([] if result.by_signal else _map_rows(result, goal)),
         *_target_rows(result),
         _row("closest pair", number(result.min_separation_m, "m") + limit),
@@ -153,6 +157,12 @@ def _map_rows(result: MissionResult, goal: str) -> list[str]:
         _row("coverage", f"{number(result.coverage * 100, '%')}{goal}"),
         _row("entropy", f"{number(result.entropy, 'bits')}, one-sided {_short(result)}"),
     ]
+
+
+def _kept(result: MissionResult) -> str:
+    """How many control ticks came late, where time was real."""
+    share = result.late_ticks / result.ticks if result.ticks else 0.0
+    return f", {share:.1%} of {count(result.ticks)} ticks late" if result.ticks else ""
 
 
 def _valid(text: str) -> str:

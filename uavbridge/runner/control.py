@@ -21,12 +21,11 @@ from uavbridge.recording.recorder import Recorder
 from uavbridge.runner import assemble, places
 from uavbridge.runner.host import AgentHost, HeardNotes
 from uavbridge.runner.judge import Judge
+from uavbridge.runner.ticks import CONTROL_US, Punctuality
 from uavbridge.vehicle.api import Vehicle
 
-CONTROL_US = 100_000  # between two steps of the agents
 LEAD_US = 2 * CONTROL_US  # so far agents may be ahead of the simulation
 AHEAD_US = 3 * CONTROL_US  # and so far the simulation ahead of them
-LATE_TICKS = 5  # so many ticks late, the next ones but those on a full second are left out
 
 Progress: TypeAlias = Callable[[int, Judge, AgentHost], None]
 
@@ -37,6 +36,7 @@ class Flown:
 
     judge: Judge
     host: AgentHost
+    kept: Punctuality | None = None  # how well time was kept, where it was real
 
 
 def build_host(

@@ -16,7 +16,7 @@ from planners.planner import Planner
 from uavbridge.bus.security import Identity
 from uavbridge.bus.wire import Frame, decode
 from uavbridge.bus.zenoh_bus import ZenohBus
-from uavbridge.clock import SECOND_US, LedClock, PacedClock, pause, to_s, to_us, wall_date
+from uavbridge.clock import SECOND_US, LedClock, PacedClock, pause, to_us, wall_date
 from uavbridge.config import Mission, parse, to_toml
 from uavbridge.config.connect import with_endpoints
 from uavbridge.errors import ConfigError, UavbridgeError
@@ -28,7 +28,7 @@ from uavbridge.recording.topics import MissionRecord
 from uavbridge.runner import assemble
 from uavbridge.runner.attach import attach
 from uavbridge.runner.briefing import Agreement, Briefing, agree, wait_for
-from uavbridge.runner.control import CONTROL_US, LATE_TICKS, LEAD_US, build_host, logged
+from uavbridge.runner.control import LEAD_US, build_host, logged
 from uavbridge.runner.drivers import driver_of
 from uavbridge.runner.folder import as_flown
 from uavbridge.runner.host import AgentHost
@@ -36,6 +36,7 @@ from uavbridge.runner.outcome import versions
 from uavbridge.runner.pace import Pace
 from uavbridge.runner.simulation import Reached
 from uavbridge.runner.stand_down import stand_down
+from uavbridge.runner.ticks import CONTROL_US, Ticks
 
 # Of a machine, not of the mission: these may differ from the launcher's.
 _OWN = frozenset({"agents", "bus", "clock", "headless", "json", "out", "recording"}) | {
@@ -126,7 +127,8 @@ def fly_elsewhere(
         agreed = agree(bus)
         tell(_told(agreed))
         paced.epoch_ns = agreed.epoch_ns
-        _fly(host, clock, _now_us(paced, reached), here, stop)
+        first_us = _now_us(paced, reached) // CONTROL_US * CONTROL_US
+        _fly(host, Ticks(clock, paced, first_us), here, stop)
         stand_down({agent: vehicles[agent] for agent in attached}, paced, tell)
         return tuple(
             f"agent {seat.agent.plan.agent}: {seat.agent.flight.failure}"
@@ -182,23 +184,18 @@ def _now_us(paced: PacedClock, reached: Reached) -> int:
     return max(simulated_us or paced.now_us(), 0)
 
 
-def _fly(
-    host: AgentHost, clock: LedClock, now_us: int, here: Pace, stop: Callable[[], bool]
-) -> None:
+def _fly(host: AgentHost, ticks: Ticks, here: Pace, stop: Callable[[], bool]) -> None:
     """Control ticks until the agents have landed, or given up."""
-    t_us = now_us // CONTROL_US * CONTROL_US
     ended_us: int | None = None
-    while ended_us is None or t_us <= ended_us + SECOND_US:  # the last report goes out
-        clock.wait_until(t_us)
+    while ended_us is None or ticks.t_us <= ended_us + SECOND_US:  # the last report goes out
+        t_us = ticks.wait()
         if stop():
             host.call_home()
-        host.step(t_us, late_s=to_s(clock.now_us() - t_us))
+        host.step(t_us, late_s=ticks.late_s)
         here.tell(t_us)
         if host.ended and ended_us is None:
             ended_us = t_us
-        t_us += CONTROL_US
-        while t_us % SECOND_US and clock.now_us() - t_us > LATE_TICKS * CONTROL_US:
-            t_us += CONTROL_US
+        ticks.done()
     here.tell(-1)  # nobody need wait for these agents any more
 
 

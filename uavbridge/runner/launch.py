@@ -183,6 +183,7 @@ def fly(
             out=str(folder or ""),
             digest=recorder.digest(),
             events=flown.host.events,
+            kept=flown.kept,
         )
         recorder.write("summary", flown_us, summary_json(result))
     return result

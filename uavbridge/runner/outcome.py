@@ -16,6 +16,7 @@ from uavbridge.config import to_toml
 from uavbridge.config.radio import radio_of
 from uavbridge.report.result import AgentResult, Event, MissionResult, Series, TargetResult
 from uavbridge.runner.judge import Found, Judge
+from uavbridge.runner.ticks import Punctuality
 
 PACKAGES = ("uavbridge", "numpy", "pymavlink", "eclipse-zenoh", "mcap")
 
@@ -36,7 +37,14 @@ def versions() -> dict[str, str]:
 
 
 def result_of(
-    judge: Judge, *, duration_us: int, wall_s: float, out: str, digest: str, events: list[Event]
+    judge: Judge,
+    *,
+    duration_us: int,
+    wall_s: float,
+    out: str,
+    digest: str,
+    events: list[Event],
+    kept: Punctuality | None = None,
 ) -> MissionResult:
     """Everything a report needs."""
     mission = judge.mission
@@ -95,6 +103,8 @@ def result_of(
         repeat=f"uavbridge launch mission.toml --clock {mission.clock} --seed {mission.seed}",
         digest=digest,
         out=out,
+        ticks=kept.ticks if kept else 0,
+        late_ticks=kept.late if kept else 0,
     )
 
 

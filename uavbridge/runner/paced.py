@@ -19,7 +19,7 @@ from planners.planner import Planner
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.bus.security import LAUNCHER, ROUTER
 from uavbridge.bus.zenoh_bus import Router, ZenohBus
-from uavbridge.clock import SECOND_US, Clock, LedClock, PacedClock, to_s
+from uavbridge.clock import SECOND_US, LedClock, PacedClock
 from uavbridge.config import Mission
 from uavbridge.errors import UavbridgeError
 from uavbridge.mavlink.link import Link
@@ -29,8 +29,6 @@ from uavbridge.recording.recorder import Recorder
 from uavbridge.runner import assemble, keeping
 from uavbridge.runner.control import (
     AHEAD_US,
-    CONTROL_US,
-    LATE_TICKS,
     LEAD_US,
     Flown,
     Progress,
@@ -50,6 +48,7 @@ from uavbridge.runner.places import places_of
 from uavbridge.runner.router import RouterProcess
 from uavbridge.runner.simulation import Reached, Simulation
 from uavbridge.runner.stand_down import stand_down
+from uavbridge.runner.ticks import Ticks
 from uavbridge.vehicle.api import Vehicle
 from uavbridge.vehicle.mavlink import MavlinkVehicle
 
@@ -150,28 +149,27 @@ def fly_paced(
         progress = _with_places(mission, session, progress, recorder.epoch_ns)
         progress = _with_notes(NetNotes(elsewhere, recorder), progress)
         began_us = _go_on(earlier, paced, host, judge, vehicles) if earlier else 0
-        _loop(clock, host, crew, judge, simulation, progress, stop, began_us)
+        ticks = Ticks(clock, paced, began_us)
+        _loop(ticks, host, crew, judge, simulation, progress, stop)
         stand_down(elsewhere, paced, tell)
-        return Flown(judge, host)
+        return Flown(judge, host, ticks.kept)
 
 
 def _loop(
-    clock: Clock,
+    ticks: Ticks,
     host: AgentHost,
     crew: Crew | None,
     judge: Judge,
     simulation: Simulation,
     progress: Progress,
     stop: Callable[[], bool],
-    began_us: int = 0,
 ) -> None:
     """Control ticks until the judge sees the end."""
-    t_us, late = began_us, 0
     simulation.allow(AHEAD_US)
-    while not judge.ended(t_us):
-        clock.wait_until(t_us)
+    while not judge.ended(ticks.t_us):
+        t_us = ticks.wait()
         if host.seats:
-            host.step(t_us, late_s=to_s(clock.now_us() - t_us))
+            host.step(t_us, late_s=ticks.late_s)
         if crew is not None:
             host.events.extend(crew.poll(t_us))
             judge.dead = crew.dead
@@ -181,12 +179,12 @@ def _loop(
         progress(t_us, judge, host)
         simulation.check()
         simulation.allow(t_us + AHEAD_US if crew is None else crew.allowed_us(t_us))
-        t_us += CONTROL_US
-        while t_us % SECOND_US and clock.now_us() - t_us > LATE_TICKS * CONTROL_US:
-            t_us += CONTROL_US
-            late += 1
-    if late:
-        _log.warning("%d control ticks were left out: the machine is too slow for this speed", late)
+        ticks.done()
+    kept = ticks.kept
+    if kept.left_out:
+        _log.warning(
+            "%d control ticks were left out: the machine is too slow for this speed", kept.left_out
+        )
 
 
 def _plans(mission: Mission, planner: Planner, earlier: Earlier | None) -> list[AgentPlan]:

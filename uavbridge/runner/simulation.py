@@ -39,7 +39,7 @@ from uavbridge.config import Mission
 from uavbridge.errors import UavbridgeError
 from uavbridge.runner import assemble
 from uavbridge.runner.child import end, spawn
-from uavbridge.runner.control import CONTROL_US
+from uavbridge.runner.ticks import CONTROL_US
 from uavbridge.runner.world import SimulatedWorld, world_of
 
 START_IN_S = 0.1  # from the word to mission start

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from uavbridge.clock import Clock, to_us
-from uavbridge.runner.control import CONTROL_US
+from uavbridge.runner.ticks import CONTROL_US
 from uavbridge.vehicle.api import Done, Refused, RestoreNet, Vehicle
 
 PATIENCE_S = 10.0  # mission time

@@ -17,8 +17,9 @@ from uavbridge.config import Mission
 from uavbridge.mavlink.link import memory_pair
 from uavbridge.recording.recorder import Recorder
 from uavbridge.runner import assemble, places
-from uavbridge.runner.control import CONTROL_US, Flown, Progress, build_host, logged
+from uavbridge.runner.control import Flown, Progress, build_host, logged
 from uavbridge.runner.judge import Judge
+from uavbridge.runner.ticks import CONTROL_US
 from uavbridge.runner.world import world_of
 from uavbridge.vehicle.mavlink import MavlinkVehicle
 

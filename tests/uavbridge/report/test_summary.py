@@ -12,7 +12,7 @@ from uavbridge.report.summary import summary_json, summary_text
 FIELDS = [
     "mission", "seed", "clock", "duration_s", "wall_s", "coverage", "uncertainty", "entropy",
     "targets", "false_targets", "agents", "min_separation_m", "failures", "deaths", "digest", "out",
-    "radio",
+    "radio", "ticks", "late_ticks",
 ]  # fmt: skip
 
 

@@ -22,7 +22,7 @@ from uavbridge.bus.wire import Vector
 from uavbridge.clock import to_s
 from uavbridge.config import Mission
 from uavbridge.rng import stream
-from uavbridge.runner.control import CONTROL_US
+from uavbridge.runner.ticks import CONTROL_US
 
 STEP_S = to_s(CONTROL_US)
 

@@ -32,7 +32,7 @@ from uavbridge.experiments.comparison.bodies import Bodies, Flock, Points, Vehic
 from uavbridge.experiments.comparison.trial import Ages, Cell, Trial, Until, components, motion
 from uavbridge.rng import stream
 from uavbridge.runner import assemble, places
-from uavbridge.runner.control import CONTROL_US
+from uavbridge.runner.ticks import CONTROL_US
 
 
 @dataclass(slots=True, eq=False)

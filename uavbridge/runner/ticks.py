@@ -1,0 +1,72 @@
+"""The control ticks of a paced loop: when they are due, which come late or are left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from uavbridge.clock import SECOND_US, Clock, PacedClock, to_s
+
+CONTROL_US = 100_000  # between two steps of the agents
+LATE_TICKS = 5  # so many ticks late, the next ones but those on a full second are left out
+
+
+@dataclass(frozen=True, slots=True)
+class Punctuality:
+    """How well a loop kept time.
+
+    Attributes:
+        ticks: control ticks that were due.
+        late: of them, those that began more than a tick after their time, or were left out.
+        left_out: of those, the ones left out to catch up.
+        worst_s: longest delay, in mission time.
+    """
+
+    ticks: int = 0
+    late: int = 0
+    left_out: int = 0
+    worst_s: float = 0.0
+
+
+class Ticks:
+    """Walks through control ticks.
+
+    Args:
+        clock: what the loop goes by; it may wait for a simulation.
+        paced: real time, by which a tick is late.
+        first_us: mission time of the first tick.
+
+    Attributes:
+        t_us: of the next tick, or of the one that runs.
+        late_s: of the one that runs, by ``clock``.
+    """
+
+    def __init__(self, clock: Clock, paced: PacedClock, first_us: int = 0) -> None:
+        self.t_us = first_us
+        self.late_s = 0.0
+        self._clock, self._paced = clock, paced
+        self._ticks = self._late = self._left_out = 0
+        self._worst_us = 0
+
+    @property
+    def kept(self) -> Punctuality:
+        """How well time was kept so far."""
+        return Punctuality(self._ticks, self._late, self._left_out, to_s(self._worst_us))
+
+    def wait(self) -> int:
+        """Wait for the next tick; its mission time."""
+        self._clock.wait_until(self.t_us)
+        self.late_s = to_s(self._clock.now_us() - self.t_us)
+        behind_us = self._paced.now_us() - self.t_us
+        self._worst_us = max(self._worst_us, behind_us)
+        self._ticks += 1
+        self._late += behind_us > CONTROL_US
+        return self.t_us
+
+    def done(self) -> None:
+        """The tick is over. Of those that should be over, too, only full seconds still come."""
+        self.t_us += CONTROL_US
+        while self.t_us % SECOND_US and self._clock.now_us() - self.t_us > LATE_TICKS * CONTROL_US:
+            self.t_us += CONTROL_US
+            self._ticks += 1
+            self._late += 1
+            self._left_out += 1
