@@ -40,6 +40,7 @@ from uavbridge.errors import UavbridgeError
 from uavbridge.runner import assemble
 from uavbridge.runner.child import end, spawn
 from uavbridge.runner.ticks import CONTROL_US
+from uavbridge.runner.transponders import Transponders
 from uavbridge.runner.world import SimulatedWorld, world_of
 
 START_IN_S = 0.1  # from the word to mission start
@@ -194,13 +195,15 @@ def _serve_parent(told: BinaryIO) -> None:
     identity = assemble.identity_of(setup.mission, LAUNCHER)
     with ZenohBus(setup.router, setup.mission.name, identity=identity) as bus:
         world = world_of(setup.mission, fleet, agents, bus)
+        tiling = assemble.beacon_tiling(setup.mission)
+        devices = Transponders(agents, bus, tiling) if setup.lingers else None
         ports = UdpPorts(
             setup.mission.simulator.host, [setup.ports[agent] or None for agent in agents]
         )
         _answer(" ".join([READY, *map(str, ports.local_ports)]))
         epoch = told.readline()
         if epoch:
-            asyncio.run(_serve(fleet, world, ports, setup, int(epoch)))
+            asyncio.run(_serve(fleet, world, devices, ports, setup, int(epoch)))
 
 
 class _Orphan:
@@ -217,7 +220,12 @@ class _Orphan:
 
 
 async def _serve(
-    fleet: Fleet, world: SimulatedWorld, ports: UdpPorts, setup: Setup, epoch_ns: int
+    fleet: Fleet,
+    world: SimulatedWorld,
+    devices: Transponders | None,
+    ports: UdpPorts,
+    setup: Setup,
+    epoch_ns: int,
 ) -> None:
     loop, stop = asyncio.get_running_loop(), asyncio.Event()
     allowed_us: float = 0
@@ -241,6 +249,9 @@ async def _serve(
     def look(_fleet: Fleet, t_us: int) -> None:
         if t_us % CONTROL_US == 0:
             world.step(t_us)
+            if devices is not None:
+                states = fleet.states
+                devices.step(t_us, states.position, states.velocity, ~states.on_ground)
             if orphan is not None and orphan.idle(t_us):
                 stop.set()
 
