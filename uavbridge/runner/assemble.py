@@ -217,9 +217,18 @@ def fleet_of(
         step_s=mission.simulator.step_s,
         parameters={
             "COM_OF_LOSS_T": min(patience(mission, OFFBOARD_LOSS_S), MOST_OFFBOARD_LOSS_S),
+            **_alone(mission, terrain),
             **mission.simulator.parameters,
         },
     )
+
+
+def _alone(mission: Mission, terrain: Terrain | None) -> dict[str, float]:
+    """Autopilots that come home by themselves, as nobody gives way for others then: above them."""
+    if any(member.kind != "multirotor" for member in mission.team()):
+        return {}
+    highest_m = 0.0 if terrain is None else float(terrain.heights.max() - terrain.heights.min())
+    return {"RTL_RETURN_ALT": highest_m + mission.safety.altitude_max_m, "RTL_CONE_ANG": 0.0}
 
 
 def sensor_of(mission: Mission, agents: tuple[int, ...]) -> CellSensor:
