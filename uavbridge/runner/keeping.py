@@ -24,8 +24,8 @@ from uavbridge.clock import SECOND_US, pause, wall_s
 from uavbridge.config import Mission
 from uavbridge.place.host import PlaceHost
 from uavbridge.place.store import Store
-from uavbridge.runner.control import CONTROL_US
 from uavbridge.runner.places import places_of
+from uavbridge.runner.ticks import CONTROL_US
 
 BEHIND_US = 60 * SECOND_US  # so much later they do not make up for what they have missed
 LOOK_S = 0.02
