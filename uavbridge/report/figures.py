@@ -39,9 +39,10 @@ _BELIEF = LinearSegmentedColormap.from_list("belief", ["#ffffff", "#fde7c0", "#f
 
 def map_figure(result: MissionResult) -> Figure:
     """Tracks over the final map: north up, axes in metres from home."""
-    figure = Figure(figsize=(7.4, 6.7), layout="constrained")
-    axes = figure.add_subplot()
     grid = result.grid
+    tall = 5.6 * grid.rows / grid.columns + 1.1
+    figure = Figure(figsize=(7.4, min(max(tall, 3.0), 6.7)), layout="constrained")
+    axes = figure.add_subplot()
     if result.belief is not None:
         image = axes.pcolormesh(
             *_edges(grid), result.belief.T, cmap=_BELIEF, vmin=0.0, vmax=1.0, linewidth=0
@@ -186,12 +187,13 @@ def _unseen(axes: Axes, result: MissionResult) -> None:
     """Hatch the cells that nobody looked at."""
     if result.seen is None:
         return
+    paper = "#e9edf1" if result.terrain is None else "none"  # hills are seen through it
     for cell in np.argwhere(~result.seen):
         corner = result.grid.centre_of(cell) - result.grid.cell_m / 2
         axes.add_patch(
             Rectangle(
                 (corner[0], corner[1]), result.grid.cell_m, result.grid.cell_m,
-                facecolor="#e9edf1", edgecolor="#c3ccd5", hatch="////", lw=0,
+                facecolor=paper, edgecolor="#c3ccd5", hatch="////", lw=0,
             )
         )  # fmt: skip
 
