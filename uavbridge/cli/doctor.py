@@ -8,13 +8,14 @@ import click
 
 from uavbridge.cli.group import echo_json
 from uavbridge.cli.mission import connecting, load, overrides
+from uavbridge.cli.numbers import NOT_NEGATIVE
 
 
 @click.command()
 @click.argument("mission", type=click.Path(dir_okay=True), required=False)
 @overrides
 @connecting
-@click.option("--wait", type=float, default=10.0, show_default=True, help="For vehicles, s.")
+@click.option("--wait", type=NOT_NEGATIVE, default=10.0, show_default=True, help="For vehicles, s.")
 @click.option("--json", "as_json", is_flag=True, help="Print the findings as JSON.")
 @click.pass_context
 def doctor(

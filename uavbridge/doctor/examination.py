@@ -14,14 +14,16 @@ from sim_vehicles.codec import Encoder
 from uavbridge.clock import PacedClock, pause, to_us
 from uavbridge.config import Mission
 from uavbridge.doctor.checkup import Checkup
+from uavbridge.doctor.clock import clock_finding
 from uavbridge.doctor.finding import Diagnosis, Finding, Level, error, ok, warning
-from uavbridge.doctor.ports import Protocol, free, holders, port_finding
+from uavbridge.doctor.ports import Protocol, port_finding, remedy_of, why_not
 from uavbridge.errors import LinkError, UavbridgeError
 from uavbridge.mavlink.identity import COMPONENT, SYSTEM
 from uavbridge.mavlink.scout import Survey
 from uavbridge.mavlink.urls import Endpoint
 from uavbridge.runner.attach import assign, ends_of, keyring_of, open_surveys, refusals
 from uavbridge.runner.fitness import Attached, adopt, check, check_speed, check_twins
+from uavbridge.runner.leased import Leased
 from uavbridge.runner.outcome import versions
 
 LISTEN_S = 2.5  # at least: two heartbeats, twins, the pace of clocks
@@ -44,6 +46,8 @@ def examine(
         wait_s: wall time to wait for vehicles to be heard and to become ready.
     """
     findings = [*_versions(mission), *_ports(mission), *_router(mission)]
+    if mission.bus.router is not None or mission.apart():
+        findings.append(clock_finding())
     findings += _vehicles(mission, adopt_home, adopt_speed, wait_s)
     ready = not any(finding.level is Level.ERROR for finding in findings)
     return Diagnosis(mission.name, ready, tuple(findings))
@@ -77,16 +81,32 @@ def _ports(mission: Mission) -> Iterator[Finding]:
     first = mission.simulator.ports
     if first != "auto":
         for port in range(first, first + mission.vehicles):
-            yield port_finding("udp", "127.0.0.1", port, "simulator.ports")
+            yield _own_port(mission.simulator.host, port)
     listen = _TCP.fullmatch(mission.bus.listen)
     if listen and mission.bus.router is None:
         yield port_finding("tcp", listen[1], int(listen[2]), "bus.listen")
 
 
+def _own_port(host: str, port: int) -> Finding:
+    """Where a simulated vehicle is listened to: free, and no other simulator sends there."""
+    found = port_finding("udp", host, port, "simulator.ports")
+    if found.level is Level.ERROR:
+        return found
+    try:
+        with Leased(()) as leased:
+            leased.keep(port)
+    except LinkError as fault:
+        return error(found.subject, str(fault), "end it, or give simulator.ports another port")
+    return found
+
+
 def _router(mission: Mission) -> Iterator[Finding]:
     router = mission.bus.router
     if router is None:
-        yield ok("router", "embedded in the launcher")
+        stepped = mission.clock == "stepped"
+        yield ok(
+            "router", "none: stepped time needs none" if stepped else "embedded in the launcher"
+        )
         return
     match = _TCP.fullmatch(router)
     if match is None:
@@ -123,8 +143,9 @@ def _vehicles(
         checkups, now_us = _listen(surveys, len(ends), wait_s)
         vehicles = assign(ends, surveys)
         yield from _attempt("vehicles", lambda: check_twins(mission, vehicles, surveys))
+        first = next(iter(vehicles.values()))
         try:
-            mission = adopt(mission, vehicles, adopt_home, adopt_speed)
+            mission = adopt(mission, vehicles, adopt_home and first.scout is not None, adopt_speed)
         except UavbridgeError as fault:
             yield error("home", str(fault), "wait until the vehicle knows where it is")
         yield from _attempt("speed", lambda: check_speed(vehicles, mission))
@@ -136,10 +157,10 @@ def _taken(ends: set[Endpoint]) -> Iterator[Finding]:
     """Ports that endpoints listen on and that somebody else has."""
     for end in sorted({end.place for end in ends}, key=str):
         name = _LISTENING.get(end.kind)
-        if name is not None and end.port and not free(name, end.host, end.port):
-            who = ", ".join(holders(name, end.port)) or "a process of another user"
-            remedy = "end it, or have the vehicle send elsewhere"
-            yield error(f"{name} port {end.port}", f"taken by {who}", remedy)
+        fault = why_not(name, end.host, end.port) if name is not None and end.port else None
+        if fault is not None:
+            remedy = remedy_of(fault, "have the vehicle send elsewhere")
+            yield error(f"{name} port {end.port}", fault, remedy)
 
 
 def _listen(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import socket
@@ -15,20 +16,23 @@ from uavbridge.doctor.finding import Finding, error, ok
 Protocol: TypeAlias = Literal["udp", "tcp"]
 
 _TABLES: dict[Protocol, tuple[str, ...]] = {"udp": ("udp", "udp6"), "tcp": ("tcp", "tcp6")}
+_TAKEN = "taken by "
 _LISTENS = "0A"  # state of a TCP socket that listens
 
 
-def free(protocol: Protocol, host: str, port: int) -> bool:
-    """Whether this process could have the port."""
+def why_not(protocol: Protocol, host: str, port: int) -> str | None:
+    """Why this process could not have the port; None: it could."""
     kind = socket.SOCK_DGRAM if protocol == "udp" else socket.SOCK_STREAM
     with closing(socket.socket(socket.AF_INET, kind)) as probe:
         if protocol == "tcp":  # as servers do, for ports that are closing
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind((host, port))
-        except OSError:
-            return False
-    return True
+        except OSError as fault:
+            if fault.errno != errno.EADDRINUSE:
+                return f"can not be had on {host}: {fault.strerror or fault}"
+            return f"{_TAKEN}{', '.join(holders(protocol, port)) or 'a process of another user'}"
+    return None
 
 
 def holders(protocol: Protocol, port: int, proc: Path = Path("/proc")) -> list[str]:
@@ -63,8 +67,13 @@ def _socket(link: Path) -> str:
 
 def port_finding(protocol: Protocol, host: str, port: int, purpose: str) -> Finding:
     """Whether a port that the mission needs is to be had."""
-    subject = f"{protocol} port {port}"
-    if free(protocol, host, port):
+    subject, fault = f"{protocol} port {port}", why_not(protocol, host, port)
+    if fault is None:
         return ok(subject, f"free for {purpose}")
-    who = ", ".join(holders(protocol, port)) or "a process of another user"
-    return error(subject, f"taken by {who}", f"end it, or give {purpose} another port")
+    return error(subject, fault, remedy_of(fault, f"give {purpose} another port"))
+
+
+def remedy_of(fault: str, otherwise: str) -> str:
+    """What to do about a port that ``why_not`` says something of."""
+    taken = fault.startswith(_TAKEN)
+    return f"end it, or {otherwise}" if taken else "write an address and a port of this machine"

@@ -11,6 +11,7 @@ import pytest
 from uavbridge.config import load
 from uavbridge.doctor import examine
 from uavbridge.doctor.bites import BITES
+from uavbridge.doctor.clock import clock_finding, of_kernel
 from uavbridge.doctor.finding import Level
 from uavbridge.doctor.ports import holders, port_finding
 from uavbridge.mavlink.ardupilot import ARDUCOPTER, ARDUPLANE, ARDUROVER
@@ -64,6 +65,23 @@ def test_a_router_that_is_not_there_and_a_port_that_is_taken() -> None:
         assert f"pid {os.getpid()}" in wrong[f"udp port {port}"].text
         assert "uavbridge router" in wrong["router"].remedy
     assert port_finding("udp", "127.0.0.1", port, "x").level is Level.OK
+
+
+def test_an_address_of_another_machine_is_not_called_taken() -> None:
+    found = port_finding("udp", "192.0.2.1", 14540, "x")
+    assert found.level is Level.ERROR
+    assert "192.0.2.1" in found.text
+    assert "taken" not in found.text
+    assert "of this machine" in found.remedy
+
+
+def test_the_machines_clock_counts_where_there_are_several() -> None:
+    assert of_kernel(0x40, 0).level is Level.WARNING
+    assert of_kernel(0x1, 300_000).level is Level.WARNING
+    assert of_kernel(0x1, 20_000).level is Level.OK
+    assert clock_finding().subject == "clock"
+    alone = examine(load())
+    assert "clock" not in {finding.subject for finding in alone.findings}
 
 
 def test_a_holder_is_found_by_its_socket(tmp_path: Path) -> None:
