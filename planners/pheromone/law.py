@@ -18,7 +18,7 @@ class SpreadLaw:
     """How a pheromone that evaporates and spreads changes in a step, Eqs. (1)-(4).
 
     Raises:
-        ValueError: evaporation or diffusion is outside [0, 1).
+        ValueError: evaporation or diffusion is outside [0, 1].
     """
 
     evaporation: float = 0.2
@@ -27,8 +27,8 @@ class SpreadLaw:
 
     def __post_init__(self) -> None:
         for name in ("evaporation", "diffusion"):
-            if not 0.0 <= getattr(self, name) < 1.0:
-                raise ValueError(f"{name} must be in [0, 1), not {getattr(self, name)}")
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ValueError(f"{name} must be in [0, 1], not {getattr(self, name)}")
 
 
 @dataclass(frozen=True, slots=True)

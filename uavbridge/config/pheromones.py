@@ -68,8 +68,8 @@ class Pheromones(Table, frozen=True):
     period: Annotated[
         int, Meta(ge=1, description="T: updates from a visit to a target to its next signal")
     ] = 500
-    evaporation: Annotated[float, Meta(ge=0.0, lt=1.0, description="E_tau, E_epsilon")] = 0.2
-    diffusion: Annotated[float, Meta(ge=0.0, lt=1.0, description="G_tau, G_epsilon")] = 0.2
+    evaporation: Annotated[float, Meta(ge=0.0, le=1.0, description="E_tau, E_epsilon")] = 0.2
+    diffusion: Annotated[float, Meta(ge=0.0, le=1.0, description="G_tau, G_epsilon")] = 0.2
     deposit: Annotated[float, Meta(ge=0.0, description="d_tau, d_epsilon")] = 1.0
     path_initial: Annotated[float, Meta(gt=0.0, description="sigma_0")] = 2.0
     path_least: Annotated[float, Meta(ge=0.0, description="sigma_min")] = 0.1

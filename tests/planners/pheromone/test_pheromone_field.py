@@ -9,12 +9,13 @@ from planners.pheromone import Field, FieldLaw, PathLaw, SpreadLaw, Weights, spr
 from planners.pheromone.field import around, disc
 
 LAW = FieldLaw()
-SHARES = st.floats(0.0, 0.99)
+SHARES = st.one_of(st.sampled_from((0.0, 1.0)), st.floats(0.0, 1.0))
 
 
 @st.composite
 def layers(draw):
-    shape = draw(st.tuples(st.integers(1, 3), st.integers(1, 7), st.integers(1, 7)))
+    sides = st.one_of(st.just(1), st.integers(1, 9))
+    shape = draw(st.tuples(st.integers(1, 3), sides, sides))
     numbers = np.random.default_rng(draw(st.integers(0, 10**6)))
     sparse = numbers.random(shape) < draw(st.floats(0.05, 1.0))
     return numbers.random(shape) * sparse, (numbers.random(shape) < 0.2) * 1.0
@@ -64,6 +65,24 @@ def test_one_source_settles_at_the_known_values_and_is_gone_after_21_steps():
     for _ in range(21):
         field = spread(field, source * 0.0, LAW.target)
     assert field.max() < 1e-3 * peak
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (2, 2), (1, 100), (100, 100)])
+def test_nothing_is_lost_at_any_border_over_many_steps(shape):
+    draw = np.random.default_rng(5)
+    field = draw.random(shape)
+    mass = field.sum()
+    for _ in range(50):
+        field = spread(field, np.zeros(shape), SpreadLaw(0.0, 0.9, 1.0))
+    assert field.sum() == pytest.approx(mass, rel=1e-12)
+
+
+def test_all_that_evaporates_is_gone_and_all_that_spreads_is_with_the_neighbours():
+    field = np.zeros((3, 3))
+    field[1, 1] = 8.0
+    assert not spread(field, field, SpreadLaw(1.0, 0.3, 1.0)).any()
+    expected = np.ones((3, 3)) - np.eye(3)[1] * np.eye(3)[1][:, None]
+    np.testing.assert_allclose(spread(field, field * 0.0, SpreadLaw(0.0, 1.0, 1.0)), expected)
 
 
 def test_runs_do_not_touch_each_other():
@@ -117,7 +136,9 @@ def test_the_combined_map_is_the_weighted_sum():
     np.testing.assert_allclose(field.combined(Weights()), 1.0 - 0.6 + 0.9)
 
 
-@pytest.mark.parametrize("wrong", [{"evaporation": 1.0}, {"diffusion": -0.1}])
+@pytest.mark.parametrize(
+    "wrong", [{"evaporation": 1.1}, {"diffusion": -0.1}, {"diffusion": np.nan}]
+)
 def test_coefficients_out_of_range_are_refused(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         SpreadLaw(**wrong)

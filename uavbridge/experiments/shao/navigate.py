@@ -43,8 +43,8 @@ class NavigateParams:
     h: float = param(0.5, unit="1", doc="of the bump function", low=0.0, high=0.999)
     c1: float = param(0.6, unit="1", doc="pull to the leader", low=0.0)
     c2: float = param(0.4, unit="1", doc="to the leader's velocity", low=0.0)
-    evaporation: float = param(0.2, unit="1", doc="E_tau", low=0.0, high=0.999)
-    diffusion: float = param(0.2, unit="1", doc="G_tau", low=0.0, high=0.999)
+    evaporation: float = param(0.2, unit="1", doc="E_tau", low=0.0, high=1.0)
+    diffusion: float = param(0.2, unit="1", doc="G_tau", low=0.0, high=1.0)
     corner: int = param(
         3, unit="cells", doc="start and goal from their corners; not given", low=0, high=50
     )
