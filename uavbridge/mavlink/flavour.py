@@ -10,6 +10,7 @@ from typing import Final, Protocol
 
 from sim_vehicles.codec import mav
 from uavbridge.mavlink.ardupilot import ARDUCOPTER, ARDUPLANE, ARDUROVER
+from uavbridge.mavlink.commands import Order
 from uavbridge.mavlink.plan import Plan, Setting
 from uavbridge.mavlink.px4 import Px4
 from uavbridge.mavlink.wishes import Wish
@@ -47,6 +48,11 @@ class Flavour(Protocol):
     @property
     def lands_by_mission(self) -> bool:
         """It lands by items of its mission alone."""
+        ...
+
+    @property
+    def stand_by(self) -> Order | None:
+        """Puts it in a mode in which it can be armed; None: it can in those that we leave it in."""
         ...
 
     def mode(self, custom_mode: int) -> tuple[Mode, str]:

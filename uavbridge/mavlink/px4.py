@@ -60,6 +60,7 @@ class Px4:
     streams: Final[tuple[Wish, ...]] = ()
     repositions: Final = False
     lands_by_mission: Final = False
+    stand_by: Final[Order | None] = None
 
     def __init__(self, kind: VehicleKind = "multirotor") -> None:
         self.kind: Final = kind

@@ -74,7 +74,8 @@ class Errands:
     @property
     def idle(self) -> bool:
         """Nothing is on its way and nothing to tell."""
-        return not self._errands and not self._events and self._landings.idle
+        waits = self._errands or self._events
+        return not waits and self._landings.idle and self._commands.idle
 
     @property
     def leading(self) -> bool:

@@ -12,6 +12,7 @@ from sim_vehicles.geodesy import Geodetic
 from uavbridge.clock import to_us
 from uavbridge.mavlink.commands import Commands, Order
 from uavbridge.mavlink.exchange import Patience
+from uavbridge.mavlink.flavour import Flavour
 from uavbridge.mavlink.identity import COMPONENT, SYSTEM, heartbeat
 from uavbridge.mavlink.landings import Landings
 from uavbridge.mavlink.link import Link
@@ -162,11 +163,8 @@ class MavlinkVehicle:
             self._errands.refuse(command, flavour)
             return
         if isinstance(command, SetNet | RestoreNet):
-            if flavour.lands_by_mission and self._net_next is None and self.net.idle:
-                self._net_next = command
-                self._landings.remove(t_us)
-            elif not flavour.lands_by_mission:
-                self._start_net(command, t_us)
+            if self._net_next is None and self.net.idle:
+                self._before_net(command, flavour, t_us)
             return
         if isinstance(command, TakeOff) and not 0.0 < command.height_m <= HIGHEST_M:
             self._errands.refuse(command, f"{command.height_m} m is no height to take off to")
@@ -174,6 +172,15 @@ class MavlinkVehicle:
         if not isinstance(command, Arm | Disarm | Follow):
             self._setpoint = None
         self._errands.start(command, flavour.plan(command), t_us)
+
+    def _before_net(self, command: SetNet | RestoreNet, flavour: Flavour, t_us: int) -> None:
+        """What an earlier flight left is put away."""
+        self._net_next = command
+        sets_out = isinstance(command, SetNet) and not self._telemetry.armed
+        if flavour.stand_by and (sets_out or flavour.lands_by_mission):
+            self._commands.ask(flavour.stand_by, t_us)
+        if flavour.lands_by_mission:
+            self._landings.remove(t_us)
 
     def _start_net(self, command: SetNet | RestoreNet, t_us: int) -> None:
         flavour = self._telemetry.flavour

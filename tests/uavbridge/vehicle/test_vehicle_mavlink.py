@@ -22,8 +22,10 @@ from uavbridge.vehicle.api import (
     HoldPosition,
     LandHere,
     Mode,
+    Net,
     Refused,
     Said,
+    SetNet,
     SetPosition,
     SetVelocity,
     TakeOff,
@@ -586,3 +588,21 @@ def test_every_command_has_exactly_one_result() -> None:
         bench.run(0.05)
     bench.run(20.0)
     assert len(bench.results) == len(orders) * 3
+
+
+@pytest.mark.parametrize(
+    ("kind", "landed_in", "stands_by_in"),
+    [(mav.MAV_TYPE_QUADROTOR, 9, 4), (mav.MAV_TYPE_FIXED_WING, 10, 5)],
+)
+def test_ardupilot_is_taken_out_of_the_mode_it_landed_in(
+    kind: int, landed_in: int, stands_by_in: int
+) -> None:
+    bench = Bench()
+    fields = {"autopilot": ARDUPILOT, "base_mode": 0, "custom_mode": landed_in}
+    bench.say("HEARTBEAT", type=kind, **fields)
+    bench.run(1.0)
+    bench.vehicle.do(SetNet(Net(300.0, 80.0, 30.0)), bench.t_us)
+    bench.run(1.0)
+    modes = [m for m in bench.sent if m.msgname == "COMMAND_LONG" and m.command == 176]
+    assert modes
+    assert {m.param2 for m in modes} == {stands_by_in}

@@ -29,7 +29,7 @@ class Seen:
 
     connected: bool
     place: tuple[float, ...]  # local NED m and m/s; empty: not known
-    heading_deg: float
+    heading_deg: float  # 0: not known
     mode: str
     armed: bool
     in_air: bool
@@ -49,7 +49,9 @@ class Plugins:
         self.action = action.Action(system)
         self.offboard = offboard.Offboard(system)
         self.telemetry = telemetry.Telemetry(system)
-        self.nets = Nets(param.Param(system), str(system.autopilot_type().name))
+        make = str(system.autopilot_type().name)
+        self.is_ardupilot = make == "ARDUPILOT"
+        self.nets = Nets(param.Param(system), make)
         self.telemetry.subscribe_status_text(said)
 
     def look(self) -> Seen:
@@ -61,11 +63,12 @@ class Plugins:
             at.north_m, at.east_m, at.down_m,
             speed.north_m_s, speed.east_m_s, speed.down_m_s,
         )  # fmt: skip
+        heading_deg = telemetry.attitude_euler().yaw_deg
         battery = telemetry.battery().remaining_percent
         return Seen(
             connected=self._system.is_connected(),
             place=place if all(map(isfinite, place)) else (),
-            heading_deg=telemetry.attitude_euler().yaw_deg,
+            heading_deg=heading_deg if isfinite(heading_deg) else 0.0,
             mode=telemetry.flight_mode().name,
             armed=telemetry.armed(),
             in_air=telemetry.landed_state()
@@ -78,6 +81,17 @@ class Plugins:
         """Of its local frame. Raises MAVSDK's error while it has none."""
         found = self.telemetry.get_gps_global_origin()
         return Geodetic(found.latitude_deg, found.longitude_deg, found.altitude_m)
+
+    def follow(self, yaw_deg: float) -> None:
+        """Switch to the mode that follows setpoints. Raises MAVSDK's error."""
+        if not self.offboard.is_active():
+            self.velocity(0.0, 0.0, 0.0, yaw_deg)
+        self.offboard.start()
+
+    def stand_by(self, yaw_deg: float) -> None:
+        """ArduPilot takes off in Guided alone, and arms in it whatever it landed in."""
+        if self.is_ardupilot:
+            self.follow(yaw_deg)
 
     def velocity(self, n: float, e: float, d: float, yaw_deg: float) -> None:
         """A setpoint in its local frame."""
@@ -95,16 +109,16 @@ def call_of(plugins: Plugins, command: Command, yaw_deg: float) -> Callable[[], 
         action = plugins.action
         match command:
             case Arm():
+                plugins.stand_by(yaw_deg)
                 action.arm()  # never arm_force: that disarms
             case Disarm():
                 action.disarm()
             case TakeOff(height_m):
+                plugins.stand_by(yaw_deg)
                 action.set_takeoff_altitude(height_m)
                 action.takeoff()
             case Follow():
-                if not plugins.offboard.is_active():
-                    plugins.velocity(0.0, 0.0, 0.0, yaw_deg)
-                plugins.offboard.start()
+                plugins.follow(yaw_deg)
             case HoldPosition():
                 action.hold()
             case LandHere():

@@ -16,10 +16,14 @@ from typing import Any, Final
 
 import numpy as np
 
+from sim_vehicles.codec import Encoder
 from sim_vehicles.geodesy import Geodetic
 from uavbridge.clock import to_us
+from uavbridge.mavlink.commands import Commands
+from uavbridge.mavlink.identity import COMPONENT, SYSTEM
 from uavbridge.mavlink.link import Link
 from uavbridge.mavlink.local_frame import LocalFrame, heading_to_yaw
+from uavbridge.mavlink.wishes import ROUND_S, STREAMS, Wish, Wishes
 from uavbridge.vehicle.api import (
     HIGHEST_M,
     Arm,
@@ -46,6 +50,8 @@ SETPOINT_LIFE_US: Final = to_us(0.5)
 _CONFIRM_US: Final = to_us(4.0)
 _EXPLAIN_US: Final = to_us(0.5)
 _ORIGIN_US: Final = to_us(2.0)
+_ROUND_US: Final = to_us(ROUND_S)
+_WISHES: Final = (*STREAMS, Wish("ATTITUDE", 4.0))  # ArduPilot sends none of them unasked
 _MODES: Final = {
     "TAKEOFF": Mode.TAKEOFF,
     "READY": Mode.HOLD,
@@ -108,6 +114,8 @@ class MavsdkVehicle:
         self._frame: LocalFrame | None = None
         self._origin_asked: Future[Any] | None = None
         self._origin_us = 0
+        self._wishes, self._round_us = Wishes(_WISHES), 0
+        self._commands = Commands(Encoder(SYSTEM, COMPONENT), system)
         self._setpoint_until_us = 0
         self._now_us = 0
         self._heard_us = -to_us(1e6)
@@ -173,6 +181,7 @@ class MavsdkVehicle:
                 return self._take()
             self._plugins = Plugins(found, self._said)
         self._find_origin(self._plugins, t_us)
+        self._ask_for_streams(t_us)
         self.state = self._look(self._plugins, t_us)
         for asked in list(self._asked):
             self._judge(asked, t_us)
@@ -202,6 +211,12 @@ class MavsdkVehicle:
             self._origin_asked = None
             if asked.exception() is None:
                 self._frame = LocalFrame(asked.result(), self._origin)
+
+    def _ask_for_streams(self, t_us: int) -> None:
+        if t_us >= self._round_us:
+            self._round_us = t_us + _ROUND_US
+            for order in self._wishes.round():
+                self._link.send(self._commands.frame(order))
 
     def _look(self, plugins: Plugins, t_us: int) -> VehicleState:
         seen = plugins.look()
@@ -273,6 +288,8 @@ class MavsdkVehicle:
         mode = _SHOWN.get(type(command))
         if mode is None or state.mode is mode:
             return True
+        if isinstance(command, TakeOff) and self._plugins and self._plugins.is_ardupilot:
+            return state.mode is Mode.OFFBOARD
         return mode in _ENDED and not state.armed
 
     def close(self) -> None:
