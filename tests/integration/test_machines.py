@@ -55,3 +55,6 @@ def test_three_machines_fly_one_mission(tmp_path):
     heard = {m.topic for m in Recording(tmp_path / "three").messages()}
     assert {"heard/3", "decision/3"} <= heard
     assert summary["agents"][2]["frames_heard"] > 20
+    alone, *elsewhere = [agent["clock_error_s"] for agent in summary["agents"]]
+    assert alone is None
+    assert all(0.0 < error_s < 0.5 for error_s in elsewhere)

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from msgspec import UNSET, Struct
+from msgspec import UNSET, Struct, UnsetType
 from msgspec.json import Decoder, Encoder
 from msgspec.structs import replace
 
 from uavbridge.bus.text import read
+
+
+class Clocks(Struct, frozen=True):
+    """How the clocks of an agent's machine and of the launcher's differ."""
+
+    offset_s: float  # by which its mission time is ahead: what is not made up for yet
+    error_s: float  # of that
+    date_offset_s: float  # its date less the launcher's
 
 
 class AgentReport(Struct, frozen=True, kw_only=True):
@@ -38,6 +46,7 @@ class AgentReport(Struct, frozen=True, kw_only=True):
     rejected: dict[str, int] = {}  # impossible frames that reached its process, by reason
     beacon_bytes: int = 0  # of the separation beacon, sent and heard
     failure: str = ""
+    clocks: Clocks | UnsetType = UNSET  # of an agent in a process of its own
 
 
 _ENCODER = Encoder()

@@ -9,6 +9,7 @@ import numpy as np
 from planners.grid import Grid
 from planners.types import F64, Bools
 from uavbridge.agent.phases import ENDED
+from uavbridge.agent.report import AgentReport
 from uavbridge.bus.wire import Vector
 from uavbridge.clock import SECOND_US, to_s
 from uavbridge.config import Mission
@@ -16,7 +17,7 @@ from uavbridge.monitor.events import EventLog
 from uavbridge.monitor.finds import Finds
 from uavbridge.monitor.groups import Membership, membership
 from uavbridge.monitor.maps import Maps
-from uavbridge.monitor.snapshot import dropped
+from uavbridge.monitor.snapshot import apart, dropped, rejected
 from uavbridge.monitor.watched import RECENT_S, Declared, Happening, Point, Watched, hearing
 from uavbridge.recording.topics import MissionRecord
 from uavbridge.runner.separation import Floor, SeparationWatch
@@ -107,7 +108,18 @@ class Known:
 
     def dropped(self) -> Counter[str]:
         """Frames that the radio did not deliver, by reason, over all agents."""
-        return dropped(agent.report for agent in self.agents.values() if agent.report is not None)
+        return dropped(self._reports())
+
+    def rejected(self) -> Counter[str]:
+        """Frames that no honest agent sends, by reason."""
+        return rejected(self._reports())
+
+    def clocks(self) -> str:
+        """How far clocks of other processes are off the launcher's, in words."""
+        return apart(self._reports())
+
+    def _reports(self) -> list[AgentReport]:
+        return [agent.report for agent in self.agents.values() if agent.report is not None]
 
     def memberships(self) -> dict[int, Membership]:
         """By agent, what it belongs to by its own word; those that are in no group are left out."""

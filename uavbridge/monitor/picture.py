@@ -65,7 +65,8 @@ def _scores(watch: MissionWatch) -> list[Text]:
             f"closest {number(watch.separation.closest, 'm')}   radio {count(last.frames_sent)} "
             f"frames {data_size(last.bytes_sent)} sent, {data_size(last.bytes_heard)} heard"
         ),
-        Text(unheard(watch.dropped())),
+        Text(unheard(watch.dropped(), watch.rejected())),
+        *([Text(clocks)] if (clocks := watch.clocks()) else []),
     ]
 
 

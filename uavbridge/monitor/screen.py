@@ -51,7 +51,8 @@ def screen(
         _scores(facts, now),
         _separation(facts, now),
         _radio(now),
-        Text(f"{'':10}{lost}" if (lost := unheard(now.dropped)) else ""),
+        Text(f"{'':10}{lost}" if (lost := unheard(now.dropped, now.rejected)) else ""),
+        *([Text(f"{'':10}{now.clocks}")] if now.clocks else []),
         *_vehicles(now.vehicles, width, room + 1),
         Text(""),
         *alerts,
@@ -72,7 +73,7 @@ def one_line(facts: MissionFacts, now: Snapshot, *, factor: float) -> str:
         f"targets {now.declared}/{facts.targets}",
         f"closest pair {number(now.closest_m, 'm')}",
         f"{count(now.frames_sent)} frames {data_size(now.bytes_sent)}",
-        unheard(now.dropped),
+        unheard(now.dropped, now.rejected),
         _phases(now.vehicles),
     ]
     if math.isfinite(factor):

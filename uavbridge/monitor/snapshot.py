@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from uavbridge.agent.report import AgentReport
+from uavbridge.agent.report import AgentReport, Clocks
 from uavbridge.report.quantity import count, plain
 
 
@@ -46,10 +46,35 @@ def dropped(reports: Iterable[AgentReport]) -> Counter[str]:
     return total
 
 
-def unheard(dropped: Counter[str]) -> str:
-    """The same in words; empty: everything was heard."""
-    told = ", ".join(f"{count(number)} {plain(why)}" for why, number in dropped.most_common())
-    return f"not heard {told}" if told else ""
+def rejected(reports: Iterable[AgentReport]) -> Counter[str]:
+    """Frames that no honest agent sends, by reason; agents of one process have one count."""
+    most = Counter[str]()
+    for report in reports:
+        most |= Counter(report.rejected)
+    return most
+
+
+def apart(reports: Iterable[AgentReport]) -> str:
+    """How far clocks of other machines are off the launcher's; empty: there are none."""
+    known = [(r.clocks, r.agent) for r in reports if isinstance(r.clocks, Clocks)]
+    if not known:
+        return ""
+    worst, agent = max(known, key=lambda one: abs(one[0].offset_s) + one[0].error_s)
+    dated, other = max(known, key=lambda one: abs(one[0].date_offset_s))
+    return (
+        f"clocks: agent {agent} {1e3 * worst.offset_s:+.1f} ms (within {1e3 * worst.error_s:.1f}), "
+        f"date of agent {other}'s machine {1e3 * dated.date_offset_s:+.0f} ms"
+    )
+
+
+def unheard(dropped: Counter[str], rejected: Counter[str]) -> str:
+    """Both in words; empty: everything was heard."""
+    told = []
+    for what, counts in (("not heard", dropped), ("rejected", rejected)):
+        if counts:
+            each = [f"{count(number)} {plain(why)}" for why, number in counts.most_common()]
+            told.append(f"{what} {', '.join(each)}")
+    return "; ".join(told)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,3 +95,5 @@ class Snapshot:
     status: str = ""  # "flying", "goal reached", ...
     alerts: tuple[str, ...] = field(default=())  # failures so far; the newest ones are shown
     dropped: Counter[str] = field(default_factory=Counter)  # frames not heard, by reason
+    rejected: Counter[str] = field(default_factory=Counter)  # that no honest agent sends
+    clocks: str = ""  # how far those of other processes are off; empty: there are none

@@ -71,6 +71,11 @@ class AgentResult:
     dropped: Mapping[str, int] = field(default_factory=dict)  # frames it did not hear, by reason
     dropped_bytes: Mapping[str, int] = field(default_factory=dict)
     rejected: Mapping[str, int] = field(default_factory=dict)  # impossible frames, by reason
+    # Of an agent in a process of its own, less the launcher's, s: mission time, how well that is
+    # known, and its machine's date.
+    clock_offset_s: float | None = None
+    clock_error_s: float | None = None
+    date_offset_s: float | None = None
 
 
 PROCESS = "process"  # kind of events: an agent's process died, or another took over

@@ -41,6 +41,10 @@ class AgentSummary(Struct, frozen=True):
     dropped: dict[str, int] = {}  # frames, by reason
     dropped_bytes: dict[str, int] = {}
     rejected: dict[str, int] = {}
+    # Of a process of its own, less the launcher's: mission time, its error, the machine's date.
+    clock_offset_s: float | None = None
+    clock_error_s: float | None = None
+    date_offset_s: float | None = None
 
 
 class Death(Struct, frozen=True):
@@ -251,6 +255,9 @@ def _agent(agent: AgentResult) -> AgentSummary:
         dropped=dict(agent.dropped),
         dropped_bytes=dict(agent.dropped_bytes),
         rejected=dict(agent.rejected),
+        clock_offset_s=agent.clock_offset_s,
+        clock_error_s=agent.clock_error_s,
+        date_offset_s=agent.date_offset_s,
     )
 
 

@@ -125,14 +125,20 @@ def wait_for(
         pause(ASK_S)
 
 
-def agree(bus: Bus) -> Agreement:
+def agree(bus: Bus, *, until: Callable[[], bool] = lambda: False) -> Agreement:
     """Mission time, from the launcher's answers.
+
+    Args:
+        bus: a session of the mission.
+        until: asked between questions; True: no more of them.
 
     Raises:
         BusError: nobody answers any more.
     """
     best: Agreement | None = None
     for _ in range(SAMPLES):
+        if until():
+            break
         asked_s = wall_s()
         briefing = ask(bus)
         answered_s = wall_s()

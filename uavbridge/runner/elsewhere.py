@@ -9,10 +9,11 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planners.planner import Planner
+from uavbridge.agent.plan import AgentPlan
 from uavbridge.bus.security import Identity
 from uavbridge.bus.wire import Frame, decode
 from uavbridge.bus.zenoh_bus import ZenohBus
@@ -30,13 +31,16 @@ from uavbridge.runner.attach import attach
 from uavbridge.runner.briefing import Agreement, Briefing, agree, wait_for
 from uavbridge.runner.control import LEAD_US, build_host, logged
 from uavbridge.runner.drivers import driver_of
+from uavbridge.runner.fitness import Attached
 from uavbridge.runner.folder import as_flown
+from uavbridge.runner.following import Following
 from uavbridge.runner.host import AgentHost
 from uavbridge.runner.outcome import versions
 from uavbridge.runner.pace import Pace
 from uavbridge.runner.simulation import Reached
 from uavbridge.runner.stand_down import stand_down
 from uavbridge.runner.ticks import CONTROL_US, Ticks
+from uavbridge.vehicle.api import Vehicle
 
 # Of a machine, not of the mission: these may differ from the launcher's.
 _OWN = frozenset({"agents", "bus", "clock", "headless", "json", "out", "recording"}) | {
@@ -97,44 +101,65 @@ def fly_elsewhere(
         mission = with_endpoints(mission, endpoints)
         found = attach(mission, resumes=before is not None, agents=agents, tell=tell)
         attached = stack.enter_context(found).vehicles
+        recorder = stack.enter_context(_recorder(mission, folder, before))
         plans = [
             replace(plan, resumes=before is not None)
             for plan in assemble.agent_plans(mission.for_agents(), planner(mission))
             if plan.agent in agents
         ]
-        links = {
-            agent: attached[agent].link
-            if agent in attached
-            else open_link(_simulated(agent, told), agent)
-            for agent in agents
-        }
-        for link in links.values():
-            stack.callback(link.close)
-        sent = {} if before is None else _sent(before, agents)
-        recorder = stack.enter_context(_recorder(mission, folder, before))
-        paced, reached = PacedClock(mission.speed), Reached(bus)
-        clock = LedClock(paced, reached, lead_us=LEAD_US)
-        vehicles = {
-            agent: driver_of(
-                mission, logged(mission, link, agent, recorder, clock), agent, attached
-            )
-            for agent, link in links.items()
-        }
-        host = build_host(mission, plans, vehicles, bus, recorder)
-        for seat in host.seats:
-            seat.agent.remember(sent.get(seat.agent.plan.agent, []))
+        aboard = _board(stack, mission, plans, bus, recorder, told, attached)
+        if before is not None:
+            _remind(aboard.host, before, agents)
         wait_for(bus, lambda b: b.t_us is not None, wait_s=wait_s, meanwhile=_waiting(here, stop))
         agreed = agree(bus)
         tell(_told(agreed))
-        paced.epoch_ns = agreed.epoch_ns
-        first_us = _now_us(paced, reached) // CONTROL_US * CONTROL_US
-        _fly(host, Ticks(clock, paced, first_us), here, stop)
-        stand_down({agent: vehicles[agent] for agent in attached}, paced, tell)
+        following = stack.enter_context(Following(bus, aboard.paced, agreed))
+        _fly(aboard, following, here, stop)
+        stand_down({agent: aboard.vehicles[agent] for agent in attached}, aboard.paced, tell)
         return tuple(
             f"agent {seat.agent.plan.agent}: {seat.agent.flight.failure}"
-            for seat in host.seats
+            for seat in aboard.host.seats
             if seat.agent.flight.failure
         )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Aboard:
+    """Agents with their vehicles, and what they go by."""
+
+    host: AgentHost
+    vehicles: Mapping[int, Vehicle]
+    paced: PacedClock
+    reached: Reached  # how far the simulation is
+    clock: LedClock
+
+
+def _board(
+    stack: ExitStack,
+    mission: Mission,
+    plans: Sequence[AgentPlan],
+    bus: ZenohBus,
+    recorder: Recorder,
+    told: Briefing,
+    attached: Mapping[int, Attached],
+) -> _Aboard:
+    """Links, vehicles and agents; the links are closed with the stack."""
+    links = {
+        plan.agent: attached[plan.agent].link
+        if plan.agent in attached
+        else open_link(_simulated(plan.agent, told), plan.agent)
+        for plan in plans
+    }
+    for link in links.values():
+        stack.callback(link.close)
+    paced, reached = PacedClock(mission.speed), Reached(bus)
+    clock = LedClock(paced, reached, lead_us=LEAD_US)
+    vehicles = {
+        agent: driver_of(mission, logged(mission, link, agent, recorder, clock), agent, attached)
+        for agent, link in links.items()
+    }
+    host = build_host(mission, plans, vehicles, bus, recorder)
+    return _Aboard(host, vehicles, paced, reached, clock)
 
 
 def _before(mission: Mission, folder: Path | None) -> Recording | None:
@@ -149,6 +174,13 @@ def _before(mission: Mission, folder: Path | None) -> Recording | None:
     if before.mission_name != mission.name:
         raise ConfigError(f"--out: {folder} holds a recording of {before.mission_name} already")
     return before
+
+
+def _remind(host: AgentHost, before: Recording, agents: Sequence[int]) -> None:
+    """Agents know again what they told others before their process died."""
+    sent = _sent(before, agents)
+    for seat in host.seats:
+        seat.agent.remember(sent[seat.agent.plan.agent])
 
 
 def _sent(before: Recording, agents: Sequence[int]) -> dict[int, list[Frame]]:
@@ -184,13 +216,17 @@ def _now_us(paced: PacedClock, reached: Reached) -> int:
     return max(simulated_us or paced.now_us(), 0)
 
 
-def _fly(host: AgentHost, ticks: Ticks, here: Pace, stop: Callable[[], bool]) -> None:
+def _fly(aboard: _Aboard, following: Following, here: Pace, stop: Callable[[], bool]) -> None:
     """Control ticks until the agents have landed, or given up."""
-    ended_us: int | None = None
+    host, ended_us = aboard.host, None
+    first_us = _now_us(aboard.paced, aboard.reached) // CONTROL_US * CONTROL_US
+    ticks = Ticks(aboard.clock, aboard.paced, first_us)
     while ended_us is None or ticks.t_us <= ended_us + SECOND_US:  # the last report goes out
         t_us = ticks.wait()
         if stop():
             host.call_home()
+        following.step()
+        host.clocks = following.clocks
         host.step(t_us, late_s=ticks.late_s)
         here.tell(t_us)
         if host.ended and ended_us is None:

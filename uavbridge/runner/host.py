@@ -12,6 +12,8 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from msgspec import UNSET, UnsetType
+
 from planners.types import Answer as Told
 from uavbridge.agent.agent import Agent
 from uavbridge.agent.effects import Answer, Decided, Do, Effect, Inputs, Publish, Shine
@@ -19,7 +21,7 @@ from uavbridge.agent.orders import Order, Verb, encode_ack
 from uavbridge.agent.orders import decode as decode_order
 from uavbridge.agent.phases import ENDED
 from uavbridge.agent.plan import AgentPlan
-from uavbridge.agent.report import AgentReport, encode
+from uavbridge.agent.report import AgentReport, Clocks, encode
 from uavbridge.agent.telling import whole_frame
 from uavbridge.bus import keys
 from uavbridge.bus.air import Air, SafetyBeacons
@@ -112,6 +114,7 @@ class AgentHost:
         self._heard = heard
         self.rejects: Counter[str] = Counter()  # malformed readings and orders
         self.events: list[Event] = []
+        self.clocks: Clocks | UnsetType = UNSET  # how this machine's differ from the launcher's
         self._homewards = False
         self._t_us = 0
         self.seats = [self._seat(plan, vehicles[plan.agent]) for plan in plans]
@@ -297,6 +300,7 @@ class AgentHost:
             rejected=dict(sorted(self._air.rejects.items())),
             beacon_bytes=beacon.bytes_sent + beacon.bytes_heard,
             failure=agent.flight.failure,
+            clocks=self.clocks,
         )
 
 

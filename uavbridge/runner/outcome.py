@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from uavbridge.agent.report import AgentReport, Clocks
 from uavbridge.clock import to_s
 from uavbridge.config import to_toml
 from uavbridge.config.radio import radio_of
@@ -145,6 +146,18 @@ def _agents(judge: Judge) -> tuple[AgentResult, ...]:
                 report.dropped,
                 report.dropped_bytes,
                 report.rejected,
+                **_clocks(report),
             )
         )
     return tuple(results)
+
+
+def _clocks(report: AgentReport) -> dict[str, float]:
+    known = report.clocks
+    if not isinstance(known, Clocks):
+        return {}
+    return {
+        "clock_offset_s": known.offset_s,
+        "clock_error_s": known.error_s,
+        "date_offset_s": known.date_offset_s,
+    }

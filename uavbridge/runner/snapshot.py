@@ -6,7 +6,14 @@ from math import nan
 
 from uavbridge.clock import to_s
 from uavbridge.config import Mission
-from uavbridge.monitor.snapshot import MissionFacts, Snapshot, VehicleLine, dropped
+from uavbridge.monitor.snapshot import (
+    MissionFacts,
+    Snapshot,
+    VehicleLine,
+    apart,
+    dropped,
+    rejected,
+)
 from uavbridge.runner.judge import Judge
 
 
@@ -42,6 +49,8 @@ def snapshot_of(t_us: int, judge: Judge) -> Snapshot:
         frames_heard=sum(report.frames_heard for report in reports),
         bytes_heard=sum(report.bytes_heard for report in reports),
         dropped=dropped(reports),
+        rejected=rejected(reports),
+        clocks=apart(reports),
         vehicles=tuple(
             VehicleLine(
                 id=report.agent,

@@ -27,6 +27,7 @@ def test_document_has_the_published_fields_in_order(flown: MissionResult) -> Non
     assert list(document["agents"][0]) == [
         "id", "state", "distance_m", "frames_sent", "frames_heard", "bytes_sent", "bytes_heard",
         "bytes_offered", "map_bytes_sent", "dropped", "dropped_bytes", "rejected",
+        "clock_offset_s", "clock_error_s", "date_offset_s",
     ]  # fmt: skip
     assert document["failures"] == ["agent 2: link lost"]
 

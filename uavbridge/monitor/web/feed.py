@@ -6,6 +6,7 @@ page misses pictures, not facts.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib.metadata import version
 from itertools import islice
 from math import isfinite
@@ -15,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planners.types import F64, I64
+from uavbridge.agent.report import AgentReport, Clocks
 from uavbridge.clock import SECOND_US, to_s
 from uavbridge.monitor.maps import Maps
 from uavbridge.monitor.source import Source
@@ -296,5 +298,19 @@ def _row(agent: Watched) -> Row:
         bytes_heard=report.bytes_heard,
         declared=[(column, row) for column, row, _ in report.declared],
         bytes_offered=report.bytes_offered,
-        dropped={why[:40]: number for why, number in list(report.dropped.items())[:MOST_REASONS]},
+        dropped=_by_reason(report.dropped),
+        rejected=_by_reason(report.rejected),
+        clock_ms=_clock_ms(report),
     )
+
+
+def _by_reason(counts: Mapping[str, int]) -> dict[str, int]:
+    return {why[:40]: number for why, number in list(counts.items())[:MOST_REASONS]}
+
+
+def _clock_ms(report: AgentReport) -> tuple[float, float, float] | None:
+    known = report.clocks
+    if not isinstance(known, Clocks):
+        return None
+    offset_s, error_s, date_s = known.offset_s, known.error_s, known.date_offset_s
+    return 1e3 * offset_s, 1e3 * error_s, 1e3 * date_s

@@ -71,6 +71,8 @@ class Row(Struct, frozen=True):
     declared: list[tuple[int, int]]
     bytes_offered: int = 0
     dropped: dict[str, int] = {}  # frames that it did not hear, by reason
+    rejected: dict[str, int] = {}  # that no honest agent sends, of its whole process
+    clock_ms: tuple[float, float, float] | None = None  # offset, its error, offset of the date
 
 
 class Event(Struct, frozen=True):

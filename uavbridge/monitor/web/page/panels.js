@@ -68,17 +68,35 @@ export class Radio {
     const rows = [...this.state.rows.values()].filter((row) => !chosen || row.id === chosen);
     const sum = (of) => rows.reduce((total, row) => total + of(row), 0);
     const lost = new Map();
+    const rejected = new Map(); // agents of one process have one count
     for (const row of rows) {
       for (const [why, number] of Object.entries(row.dropped ?? {})) lost.set(why, (lost.get(why) ?? 0) + number);
+      for (const [why, number] of Object.entries(row.rejected ?? {})) {
+        rejected.set(why, Math.max(rejected.get(why) ?? 0, number));
+      }
     }
     const parts = [`${bytesText(sum((row) => row.bytes_sent))} sent`, `${bytesText(sum((row) => row.bytes_heard))} heard`];
     const offered = sum((row) => row.bytes_offered ?? 0);
     if (offered) parts.unshift(`${bytesText(offered)} offered`);
-    const reasons = [...lost].sort((a, b) => b[1] - a[1]).map(([why, number]) => `${number.toLocaleString("en")} ${why}`);
-    const missed = reasons.length ? `; frames not heard: ${reasons.join(", ")}` : "";
-    const text = rows.length ? `Radio: ${parts.join(", ")}${missed}` : "";
+    const named = (what, counts) => {
+      const sorted = [...counts].sort((a, b) => b[1] - a[1]);
+      const told = sorted.map(([why, number]) => `${number.toLocaleString("en")} ${why}`);
+      return told.length ? `; frames ${what}: ${told.join(", ")}` : "";
+    };
+    const missed = named("not heard", lost) + named("rejected", rejected);
+    const text = rows.length ? `Radio: ${parts.join(", ")}${missed}${clocksText(rows)}` : "";
     if (this.element.textContent !== text) this.element.textContent = text;
   }
+}
+
+// How far the clock of another machine is off the launcher's: the worst of these agents'.
+function clocksText(rows) {
+  const known = rows.filter((row) => row.clock_ms);
+  if (!known.length) return "";
+  const size = ({ clock_ms }) => Math.abs(clock_ms[0]) + clock_ms[1];
+  const { id, clock_ms } = known.reduce((worst, row) => (size(row) > size(worst) ? row : worst));
+  const [offset, error, date] = clock_ms.map((ms) => ms.toFixed(1));
+  return `; clock of agent ${id} ${offset} ms off (within ${error}), its machine's date ${date} ms`;
 }
 
 function set(cell, text, kind) {
