@@ -24,6 +24,7 @@ class Relay:
         self.down = self.deaf = False
         """Nothing passes; nothing passes to the vehicle."""
         self.without = frozenset()  # names of messages that do not come from the vehicle
+        self.swallows = {}  # name of a message -> how many more of them are lost, from the vehicle
         self._closed = False
         self._threads = [
             threading.Thread(target=self._pass, args=way, daemon=True)
@@ -46,15 +47,22 @@ class Relay:
                 self._vehicle = sender
             if self.down or (self.deaf and not from_vehicle) or self._rng.random() < self.loss:
                 continue
-            if from_vehicle and self.without:
-                packets = decode(data, Counts())
-                data = b"".join(p.raw for p in packets if p.message.msgname not in self.without)
+            if from_vehicle and (self.without or self.swallows):
+                data = b"".join(
+                    p.raw for p in decode(data, Counts()) if self._lets(p.message.msgname)
+                )
             out = self._spoiled(data, late) if self.trouble else [data]
             for each in out:
                 if from_vehicle:
                     self._far.sendto(each, self._target)
                 elif self._vehicle is not None:
                     self._near.sendto(each, self._vehicle)
+
+    def _lets(self, name):
+        left = self.swallows.get(name, 0)
+        if left:
+            self.swallows[name] = left - 1
+        return not left and name not in self.without
 
     def _spoiled(self, data, late):
         drawn = self._rng.random() / self.trouble

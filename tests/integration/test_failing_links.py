@@ -2,6 +2,7 @@
 
 import re
 import time
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -22,6 +23,21 @@ SPEED = ("--speed", "5")
 
 def tcp(sim, index=0):
     return f"tcp:127.0.0.1:{sim.port + index}"
+
+
+@contextmanager
+def over_a_relay(tmp_path, text=LONG, *arguments):
+    """A vehicle behind a bad link, and the bridge that flies it."""
+    port = free_port()
+    with (
+        relay(port) as bad,
+        simulator(*SPEED, port=bad.port),
+        bridge(
+            tmp_path / "o", write(tmp_path, text), "--vehicles", 1,
+            "--connect", f"udpin:127.0.0.1:{port}", *arguments,
+        ) as flown,
+    ):  # fmt: skip
+        yield bad, flown
 
 
 def test_a_killed_bridge_is_followed_by_one_that_goes_on(tmp_path):
@@ -64,6 +80,15 @@ def test_a_third_lost_and_the_rest_doubled_reordered_and_corrupted(tmp_path):
     assert document(done)["failures"] == []
 
 
+def test_lost_acknowledgements_are_asked_for_again(tmp_path):
+    with over_a_relay(tmp_path, SMALL, "--duration", 15) as (bad, flown):
+        bad.swallows = {"COMMAND_ACK": 6, "PARAM_VALUE": 3}
+        summary = flown.end()
+        assert not any(bad.swallows.values())
+    assert [agent["state"] for agent in summary["agents"]] == ["landed"]
+    assert summary["failures"] == []
+
+
 def test_a_vehicle_that_falls_silent_costs_only_itself_and_comes_home(tmp_path):
     port = free_port()
     with (
@@ -85,15 +110,7 @@ def test_a_vehicle_that_falls_silent_costs_only_itself_and_comes_home(tmp_path):
 
 
 def test_offboard_that_drops_out_is_yielded_not_taken_back(tmp_path):
-    port = free_port()
-    with (
-        relay(port) as bad,
-        simulator(*SPEED, port=bad.port),
-        bridge(
-            tmp_path / "o", write(tmp_path, LONG), "--vehicles", 1,
-            "--connect", f"udpin:127.0.0.1:{port}",
-        ) as flown,
-    ):  # fmt: skip
+    with over_a_relay(tmp_path) as (bad, flown):
         flown.until("agent 1: search")
         bad.deaf = True  # our setpoints do not arrive, its telemetry does
         flown.until("agent 1: vehicle went to AUTO.LOITER: yielded")
@@ -160,15 +177,7 @@ def test_a_twin_in_flight_is_named_and_not_listened_to(tmp_path):
 
 @pytest.mark.soak
 def test_a_lost_position_ends_in_a_landing(tmp_path):
-    port = free_port()
-    with (
-        relay(port) as bad,
-        simulator(*SPEED, port=bad.port),
-        bridge(
-            tmp_path / "o", write(tmp_path, LONG), "--vehicles", 1,
-            "--connect", f"udpin:127.0.0.1:{port}",
-        ) as flown,
-    ):  # fmt: skip
+    with over_a_relay(tmp_path) as (bad, flown):
         flown.until("agent 1: search")
         bad.without = frozenset({"LOCAL_POSITION_NED", "GLOBAL_POSITION_INT"})
         flown.until("agent 1: vehicle lost its position: it lands")
