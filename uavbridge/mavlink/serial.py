@@ -8,13 +8,13 @@ import re
 import termios
 from functools import cache
 
-from sim_vehicles.codec import Counts, StreamDecoder
+from sim_vehicles.codec import Counts
 from uavbridge.errors import LinkError
+from uavbridge.mavlink.byte_stream import ByteStream
 
 logger = logging.getLogger(__name__)
 
 _CHUNK = 1 << 14
-_MOST_CHUNKS = 64
 _MOST_UNSENT = 1 << 14  # two seconds at 57600 baud; what comes next is lost, as on a radio
 
 
@@ -41,8 +41,6 @@ class SerialLink:
 
     def __init__(self, device: str, baud: int) -> None:
         self._device, self._baud = device, baud
-        self._decoder = StreamDecoder()
-        self._unsent = b""
         self._closed = False
         self.counts = Counts()
         self.lost = 0
@@ -65,7 +63,14 @@ class SerialLink:
             self.trouble = f"serial {self._device}: no serial device ({error.args[-1]})"
             return -1
         self.trouble = ""
-        self._decoder, self._unsent = StreamDecoder(), b""
+        self._stream = ByteStream(
+            lambda: os.read(opened, _CHUNK),
+            lambda data: os.write(opened, data),
+            self._drop,
+            ended="unplugged",
+            counts=self.counts,
+            most_unsent=_MOST_UNSENT,
+        )
         return opened
 
     def _make_raw(self, opened: int) -> None:
@@ -89,43 +94,11 @@ class SerialLink:
         self._file = -1
 
     def send(self, data: bytes) -> None:
-        if not self._ready() or len(self._unsent) > _MOST_UNSENT:
+        if not self._ready() or not self._stream.send(data):
             self.lost += 1
-            return
-        self._unsent += data
-        self._flush()
-
-    def _flush(self) -> None:
-        try:
-            sent = os.write(self._file, self._unsent)
-        except BlockingIOError:
-            return
-        except OSError as error:
-            self._drop(error.strerror or str(error))
-            return
-        self._unsent = self._unsent[sent:]
 
     def receive(self) -> list[bytes]:
-        if not self._ready():
-            return []
-        if self._unsent:
-            self._flush()
-        frames: list[bytes] = []
-        for _ in range(_MOST_CHUNKS):
-            if self._file < 0:
-                break
-            try:
-                data = os.read(self._file, _CHUNK)
-            except BlockingIOError:
-                break
-            except OSError as error:
-                self._drop(error.strerror or str(error))
-                break
-            if not data:
-                self._drop("unplugged")
-                break
-            frames += [packet.raw for packet in self._decoder.feed(data, self.counts)]
-        return frames
+        return self._stream.receive() if self._ready() else []
 
     def close(self) -> None:
         self._closed = True

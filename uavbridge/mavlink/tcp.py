@@ -7,12 +7,12 @@ import logging
 import os
 import socket
 
-from sim_vehicles.codec import Counts, StreamDecoder
+from sim_vehicles.codec import Counts
+from uavbridge.mavlink.byte_stream import ByteStream
 
 logger = logging.getLogger(__name__)
 
 _CHUNK = 1 << 16
-_MOST_PER_CALL = 64
 _MOST_UNSENT = 1 << 18  # a peer that does not read loses what comes next, as on a radio
 _STARTED = (0, errno.EINPROGRESS, errno.EWOULDBLOCK, errno.EISCONN)
 
@@ -28,8 +28,6 @@ class TcpLink:
         self._host, self._port = host, port
         self._socket: socket.socket | None = None
         self._connected = False
-        self._unsent = b""
-        self._decoder = StreamDecoder()
         self._closed = False
         self.counts = Counts()
         self.lost = 0
@@ -48,8 +46,14 @@ class TcpLink:
             return
         self._socket = opened
         self._connected = False
-        self._unsent = b""
-        self._decoder = StreamDecoder()
+        self._stream = ByteStream(
+            lambda: opened.recv(_CHUNK),
+            opened.send,
+            self._drop,
+            ended="closed by the other side",
+            counts=self.counts,
+            most_unsent=_MOST_UNSENT,
+        )
         if code not in _STARTED:
             self._drop(os.strerror(code))
 
@@ -61,63 +65,31 @@ class TcpLink:
         self._socket = None
         self._connected = False
 
-    def _ready(self) -> socket.socket | None:
-        """The connected socket, or None while there is no connection."""
+    def _ready(self) -> bool:
+        """There is a connection."""
         if self._socket is None and not self._closed:
             self._connect()
         opened = self._socket
         if opened is None or self._connected:
-            return opened
+            return self._connected
         code = opened.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
         if code:
             self._drop(os.strerror(code))
-            return None
+            return False
         try:
             opened.getpeername()
         except OSError:  # still on its way
-            return None
+            return False
         self._connected = True
         self.trouble = ""
-        return opened
+        return True
 
     def send(self, data: bytes) -> None:
-        opened = self._ready()
-        if opened is None or len(self._unsent) > _MOST_UNSENT:
+        if not self._ready() or not self._stream.send(data):
             self.lost += 1
-            return
-        self._unsent += data
-        self._flush(opened)
-
-    def _flush(self, opened: socket.socket) -> None:
-        try:
-            sent = opened.send(self._unsent)
-        except BlockingIOError:
-            return
-        except OSError as error:
-            self._drop(error.strerror or str(error))
-            return
-        self._unsent = self._unsent[sent:]
 
     def receive(self) -> list[bytes]:
-        opened = self._ready()
-        if opened is None:
-            return []
-        if self._unsent:
-            self._flush(opened)
-        frames: list[bytes] = []
-        for _ in range(_MOST_PER_CALL):
-            try:
-                data = opened.recv(_CHUNK)
-            except BlockingIOError:
-                break
-            except OSError as error:
-                self._drop(error.strerror or str(error))
-                break
-            if not data:
-                self._drop("closed by the other side")
-                break
-            frames += [packet.raw for packet in self._decoder.feed(data, self.counts)]
-        return frames
+        return self._stream.receive() if self._ready() else []
 
     def close(self) -> None:
         self._closed = True

@@ -5,24 +5,32 @@ from __future__ import annotations
 import errno
 import logging
 import socket
+from collections.abc import Callable
+from functools import partial
 
-from sim_vehicles.codec import Counts, StreamDecoder
+from sim_vehicles.codec import Counts
 from uavbridge.errors import LinkError
+from uavbridge.mavlink.byte_stream import ByteStream
 from uavbridge.mavlink.peer import Address
 
 logger = logging.getLogger(__name__)
 
 _CHUNK = 1 << 16
-_MOST_CHUNKS = 64  # of one client a call
 _MOST_UNSENT = 1 << 18  # a client that does not read loses what comes next, as on a radio
 _MOST_CLIENTS = 256
 
 
 class _Client:
-    def __init__(self, opened: socket.socket) -> None:
+    def __init__(self, opened: socket.socket, end: Callable[[str], None], counts: Counts) -> None:
         self.socket = opened
-        self.decoder = StreamDecoder()
-        self.unsent = b""
+        self.stream = ByteStream(
+            lambda: opened.recv(_CHUNK),
+            opened.send,
+            end,
+            ended="closed by the other side",
+            counts=counts,
+            most_unsent=_MOST_UNSENT,
+        )
 
 
 class TcpGate:
@@ -59,10 +67,7 @@ class TcpGate:
         self._accept()
         frames: list[tuple[bytes, Address | None]] = []
         for address, client in list(self._clients.items()):
-            self._flush(address, client)
-            for data in self._read(address, client):
-                packets = client.decoder.feed(data, self.counts)
-                frames += [(packet.raw, address) for packet in packets]
+            frames += [(frame, address) for frame in client.stream.receive()]
         return frames
 
     def _accept(self) -> None:
@@ -76,23 +81,7 @@ class TcpGate:
                 return
             opened.setblocking(False)
             opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._clients[address] = _Client(opened)
-
-    def _read(self, address: Address, client: _Client) -> list[bytes]:
-        chunks: list[bytes] = []
-        for _ in range(_MOST_CHUNKS):
-            try:
-                data = client.socket.recv(_CHUNK)
-            except BlockingIOError:
-                break
-            except OSError as error:
-                self._drop(address, error.strerror or str(error))
-                break
-            if not data:
-                self._drop(address, "closed by the other side")
-                break
-            chunks.append(data)
-        return chunks
+            self._clients[address] = _Client(opened, partial(self._drop, address), self.counts)
 
     def _drop(self, address: Address, why: str) -> None:
         logger.debug("TCP client %s:%d: %s", *address, why)
@@ -102,23 +91,7 @@ class TcpGate:
 
     def send(self, data: bytes, address: Address | None) -> bool:
         client = None if address is None else self._clients.get(address)
-        if client is None or address is None or len(client.unsent) > _MOST_UNSENT:
-            return False
-        client.unsent += data
-        return self._flush(address, client)
-
-    def _flush(self, address: Address, client: _Client) -> bool:
-        if not client.unsent:
-            return True
-        try:
-            sent = client.socket.send(client.unsent)
-        except BlockingIOError:
-            return True
-        except OSError as error:
-            self._drop(address, error.strerror or str(error))
-            return False
-        client.unsent = client.unsent[sent:]
-        return True
+        return client is not None and client.stream.send(data) and address in self._clients
 
     def close(self) -> None:
         for client in self._clients.values():
