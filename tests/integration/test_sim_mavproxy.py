@@ -81,6 +81,7 @@ class Console:
 )
 def test_parameters_waypoints_modes_and_arming(tmp_path, face, name, default, command, mode):
     (tmp_path / "wp.txt").write_text(WAYPOINTS)
+    (tmp_path / "other.parm").write_text(f"{name} 7\n")
     with simulator(*face) as sim:
         console = Console(sim.port, tmp_path)
         try:
@@ -93,6 +94,10 @@ def test_parameters_waypoints_modes_and_arming(tmp_path, face, name, default, co
             time.sleep(1)
             console.type(f"param show {name}")
             console.wait("6.0")
+            console.type("param load other.parm")
+            console.wait("Loaded 1 parameters from other.parm")
+            console.type(f"param show {name}")
+            console.wait("7.0")
             console.type("wp load wp.txt")
             console.wait("Sent all 3 waypoints")
             console.wait("ACCEPTED")
