@@ -38,13 +38,15 @@ def over_time(figure: Figure, outcome: Outcome) -> None:
     axis = outcome.experiment.axis
     assert axis is not None
     t_s = np.array(axis.values) * mission.duration
+    most = {"coverage": 1.0, "targets_found": float(len(mission.targets))}  # no interval goes on
     for axes, (name, title) in zip(figure.subplots(2, 3).flat, _CURVES.items(), strict=True):
         for place, (_, samples) in enumerate(outcome.samples):
             values = samples[f"{name}@share"] / (1000.0 if name == "bytes_per_agent" else 1.0)
             mean = values.mean(axis=0)
             wide = half_width(values.std(axis=0, ddof=min(1, len(values) - 1)), len(values))
             colour = _COLOURS[place % len(_COLOURS)]
-            axes.fill_between(t_s, mean - wide, mean + wide, color=colour, alpha=0.15, lw=0)
+            low, high = np.clip((mean - wide, mean + wide), 0.0, most.get(name))
+            axes.fill_between(t_s, low, high, color=colour, alpha=0.15, lw=0)
             axes.plot(t_s, mean, color=colour, lw=1.6)
         axes.set_title(title, loc="left", color=INK)
         axes.set_xlim(0, t_s[-1])
