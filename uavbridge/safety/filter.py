@@ -142,7 +142,8 @@ def _over_ground(
     over = ground.above(again, position, velocity, e, clearance)
     if hypot(over[0] - again[0], over[1] - again[1]) < BENT_M_S and over[2] <= again[2] + BENT_M_S:
         return again, True
-    return _project((0.0, 0.0, max(over[2], 0.0)), rules, e), True
+    pushed = _project((0.0, 0.0, max(over[2], 0.0)), rules, e)
+    return ground.above(pushed, position, velocity, e, clearance), True  # whoever pushes
 
 
 def _fence(position: Vector, velocity: Vector, e: Envelope) -> list[HalfSpace]:

@@ -57,6 +57,11 @@ def flown(terrain: Terrain, wishes: list[Vector], start: tuple[float, float]) ->
     return places
 
 
+def vector(numbers: np.ndarray) -> Vector:
+    x, y, z = (float(number) for number in numbers)
+    return x, y, z
+
+
 speeds = st.floats(-12, 12)
 wishes = st.lists(st.tuples(speeds, speeds, st.floats(-6, 6)), min_size=3, max_size=10)
 inside = st.tuples(st.floats(20, 580), st.floats(20, 580))
@@ -67,6 +72,29 @@ inside = st.tuples(st.floats(20, 580), st.floats(20, 580))
 def test_no_wish_leads_into_mountains(wishes: list[Vector], start: tuple[float, float]) -> None:
     heights = [height(HILLS, place) for place in flown(HILLS, wishes, start)]
     assert min(heights) > 0.5 * LOW_M
+
+
+@pytest.mark.parametrize("seed", [31, 194, 220, 350])
+def test_who_is_pushed_at_a_cliff_is_not_pushed_into_it(seed: int) -> None:
+    """Vehicles that keep no distance come from where there is room; the ground goes first."""
+    draw = np.random.default_rng(seed)
+    rules = envelope(CLIFF)
+    place = (float(draw.uniform(270.0, 292.0)), 300.0, 0.0)
+    place = moved(place, [0.0, 0.0, float(CLIFF.height_at(place)) + float(draw.uniform(13, 25))])
+    velocity, wish = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    pushers = np.array(place) + draw.normal(0.0, (15.0, 15.0, 4.0), (2, 3)) - (15.0, 0.0, 0.0)
+    for step in range(100):
+        way = np.array(place) - pushers
+        apart = np.linalg.norm(way, axis=1, keepdims=True)
+        going = way / np.maximum(apart, 1e-9) * draw.uniform(0.0, 9.0, (2, 1))
+        pushers = pushers + STEP_S * going
+        others = [Traffic(2 + row, vector(pushers[row]), vector(going[row])) for row in range(2)]
+        if step % 30 == 0:
+            wish = vector(draw.uniform((-12.0, -12.0, -6.0), (12.0, 12.0, 6.0)))
+        safe = constrain(wish, place, velocity, others, rules).velocity
+        velocity = moved(velocity, [0.2 * (s - v) for v, s in zip(velocity, safe, strict=True)])
+        place = moved(place, [STEP_S * v for v in velocity])
+        assert height(CLIFF, place) > 0.5 * LOW_M
 
 
 def test_level_flight_at_a_cliff_climbs_or_stops() -> None:
