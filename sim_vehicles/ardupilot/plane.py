@@ -21,7 +21,8 @@ from sim_vehicles.plans import Do, Step
 from sim_vehicles.px4_parameters import HIDDEN as _HIDDEN
 from sim_vehicles.routines import Make, mission, refuge
 from sim_vehicles.winged import PX4
-from sim_vehicles.winged.routines import FLOWN, legs_of
+from sim_vehicles.winged.landing import legs_of, planned_landing
+from sim_vehicles.winged.routines import FLOWN
 
 _WARNING, _INFO = 4, 6
 _AUTOLAND_AFTER, _AUTOLAND_AT_ONCE = 1, 2  # of RTL_AUTOLAND
@@ -116,7 +117,7 @@ class ArduPlane(ArduPilot):
 
     def start_landing(self, i: int) -> Refusal | None:
         """Go on with the mission at its landing, the nearest of several."""
-        number = self._landing(i)
+        number = planned_landing(self, i)
         refusal = Refusal("") if number is None else self.change_mode(i, Mode.MISSION)
         if number is None or refusal is not None:
             self.say(i, _WARNING, "Unable to start landing sequence")
@@ -125,19 +126,9 @@ class ArduPlane(ArduPilot):
         self.set_current(i, number)
         return None
 
-    def _landing(self, i: int) -> int | None:
-        """Number of the step at which the nearest landing begins; None: there is none."""
-        x, y, _ = self.place(i)
-        steps, nearest = self.plans[i].steps, (inf, -1)
-        for number, step in enumerate(steps):
-            placed = (s.position for s in steps[number + 1 :] if isfinite(s.position[0]))
-            if step.do is Do.LANDING and (there := next(placed, None)) is not None:
-                nearest = min(nearest, (hypot(there[0] - x, there[1] - y), number))
-        return None if nearest[1] < 0 else nearest[1]
-
     def why_not_arm(self, i: int) -> str | None:
         reason = super().why_not_arm(i)
-        unused = not self.parameters.get(i, "RTL_AUTOLAND") and self._landing(i) is not None
+        unused = not self.parameters.get(i, "RTL_AUTOLAND") and planned_landing(self, i) is not None
         return "DO_LAND_START set and RTL_AUTOLAND disabled" if unused and not reason else reason
 
     def _go_on(self, i: int, way: tuple[float, float, float, float, float]) -> None:

@@ -16,12 +16,14 @@ from sim_vehicles.plans import Vector
 from sim_vehicles.protocol import requests
 from sim_vehicles.protocol.endpoint import Endpoint
 from sim_vehicles.protocol.orders import Order
+from sim_vehicles.winged.pilot import Px4Plane
 
 ACCEPTED: Final[int] = mav.MAV_RESULT_ACCEPTED
 DENIED: Final[int] = mav.MAV_RESULT_DENIED
 UNSUPPORTED: Final[int] = mav.MAV_RESULT_UNSUPPORTED
 # MAV_CMD_GUIDED_CHANGE_SPEED and so on, of ArduPilot's own dialect
 GUIDED_CHANGE_SPEED, GUIDED_CHANGE_ALTITUDE, GUIDED_CHANGE_HEADING = 43000, 43001, 43002
+_CANCELLED: Final = 6  # MAV_RESULT_CANCELLED
 WRONG_FRAME: Final = 9  # MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
 _FORCE: Final = 21196
 _FAILURES: Final = (mav.FAILURE_TYPE_OK, mav.FAILURE_TYPE_OFF)
@@ -173,11 +175,42 @@ def _change_guided(endpoint: Endpoint, order: Order) -> int:
 
 
 def _start_landing(endpoint: Endpoint, order: Order) -> int:
-    """DO_LAND_START, which ArduPlane alone has as a command."""
+    """DO_LAND_START, of aircraft."""
+    pilot, i = endpoint.pilot, endpoint.index
+    if isinstance(pilot, Px4Plane):
+        refusal = pilot.start_landing(i)
+        return _said(endpoint, refusal) if refusal is None else _CANCELLED
+    return _said(endpoint, pilot.start_landing(i)) if isinstance(pilot, ArduPlane) else UNSUPPORTED
+
+
+def _go_around(endpoint: Endpoint, order: Order) -> int:
+    """DO_GO_AROUND, of PX4's aircraft."""
     pilot = endpoint.pilot
-    if not isinstance(pilot, ArduPlane):
+    if not isinstance(pilot, Px4Plane):
         return UNSUPPORTED
-    return _said(endpoint, pilot.start_landing(endpoint.index))
+    return _said(endpoint, pilot.go_around(endpoint.index))
+
+
+def _change_altitude(endpoint: Endpoint, order: Order) -> int:
+    """DO_CHANGE_ALTITUDE, of PX4's aircraft: metres above the sea."""
+    pilot = endpoint.pilot
+    if not isinstance(pilot, Px4Plane):
+        return UNSUPPORTED
+    z = order.number(1, nan) - endpoint.services.origin.altitude_m
+    return _said(endpoint, pilot.change_height(endpoint.index, z)) if abs(z) < 1e5 else DENIED
+
+
+def _orbit(endpoint: Endpoint, order: Order) -> int:
+    """DO_ORBIT, of PX4's aircraft: a loiter of param 1 metres, below 0 counter-clockwise."""
+    pilot, i = endpoint.pilot, endpoint.index
+    place = _place(endpoint, order)
+    if not isinstance(pilot, Px4Plane):
+        return UNSUPPORTED
+    if place is None or not order.is_global:
+        return DENIED
+    radius = order.number(1, nan)
+    pilot.legs.set_circle(i, -radius if abs(radius) >= 1.0 else nan)
+    return _said(endpoint, pilot.reposition(i, place, nan))
 
 
 def _set_home(endpoint: Endpoint, order: Order) -> int:
@@ -281,6 +314,9 @@ def _place(endpoint: Endpoint, order: Order) -> Vector | None:
 
 COMMANDS: Final[dict[int, Command]] = {
     mav.MAV_CMD_DO_LAND_START: _start_landing,
+    mav.MAV_CMD_DO_GO_AROUND: _go_around,
+    mav.MAV_CMD_DO_CHANGE_ALTITUDE: _change_altitude,
+    mav.MAV_CMD_DO_ORBIT: _orbit,
     GUIDED_CHANGE_SPEED: _change_guided,
     GUIDED_CHANGE_ALTITUDE: _change_guided,
     GUIDED_CHANGE_HEADING: _change_guided,

@@ -90,6 +90,16 @@ class WingedLegs(Legs):
         self._watched[i] = False
         self.kind[i] = DESCEND
 
+    def middle(self, i: int) -> Vector:
+        """The place that it flies to, or round."""
+        x, y, z = self._wanted.position[i].tolist()
+        return x, y, z
+
+    def runway(self, i: int) -> Vector:
+        """Where the approach leads, ENU m."""
+        x, y, _ = self._wanted.position[i].tolist()
+        return x, y, float(self._floor[i])
+
     def descend(self, i: int, x: float, y: float, yaw_rad: float) -> None:
         self.approach(i, x, y, float(self._states.ground[i]), yaw_rad)
 

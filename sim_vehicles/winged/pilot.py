@@ -6,13 +6,14 @@ from collections.abc import Callable, Mapping
 from math import atan2, hypot, inf, nan
 from typing import Final, TypeAlias
 
+from sim_vehicles.arming import Refusal
 from sim_vehicles.autopilot import Autopilot
 from sim_vehicles.failsafe import Failsafes
-from sim_vehicles.legs import Asked, Tilt
+from sim_vehicles.legs import DESCEND, Asked, Tilt
 from sim_vehicles.modes import Mode
 from sim_vehicles.pilot import Pilot, Routine
 from sim_vehicles.plans import NOWHERE, Do, Vector
-from sim_vehicles.winged.routines import course, land_at, legs_of
+from sim_vehicles.winged.landing import course, go_around, land_at, legs_of, planned_landing
 
 _SAME_M: Final = 1.0
 _GLIDING: Final = Tilt(throttle=0.0)
@@ -64,6 +65,30 @@ class Px4Plane(Autopilot):
         self._doing[i] = what, place
         self._routines[i] = _MANOEUVRES[what](self, i, place)
         self._resume(i)
+
+    def start_landing(self, i: int) -> Refusal | None:
+        """Go on with the mission at its landing, the nearest of several."""
+        number = planned_landing(self, i)
+        if number is None:
+            return Refusal("planned mission landing not available")
+        self.set_current(i, number)
+        return self.start_mission(i)
+
+    def go_around(self, i: int) -> Refusal | None:
+        """Give up the landing that is flown: climb, and loiter over its end."""
+        if self.legs.kind[i] == DESCEND and not self.status.landed[i]:
+            self._routines[i] = go_around(self, i)
+            self._resume(i)
+        return None
+
+    def change_height(self, i: int, z: float) -> Refusal | None:
+        """Hold, round the same place, at another height (ENU m; NaN: as it is)."""
+        x, y, _ = self.place(i)
+        if self.legs.has_place(i) and self.status.mode[i] == Mode.HOLD:
+            x, y, _ = legs_of(self).middle(i)
+        else:
+            self.legs.set_circle(i, nan)
+        return self.reposition(i, (x, y, z), nan)
 
     def switch(self, i: int, mode: Mode) -> None:
         self._doing.pop(i, None)

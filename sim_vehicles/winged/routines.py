@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import atan2, cos, hypot, inf, isfinite, nan, pi, sin
+from math import atan2, hypot, inf, isfinite, nan, pi
 from typing import Final
 
 from sim_vehicles.modes import Mode
@@ -18,20 +18,10 @@ from sim_vehicles.routines import (
     mission,
     take_off_height,
 )
-from sim_vehicles.winged.legs import WingedLegs, glide_run
+from sim_vehicles.winged.landing import circle_at, course, land_at, legs_of, planned_landing
 
 _INFO: Final = 6
-_LOOK_S: Final = 0.1  # how often an aircraft that circles looks whether it points to the runway
-_STRAIGHT_S: Final = 5.0  # of level flight before the glide
-_ALIGNED_RAD: Final = 0.3
-_ENTRY_M: Final = 30.0  # least height above the runway from which an approach begins
-
-
-def legs_of(pilot: Pilot) -> WingedLegs:
-    """The legs of a pilot of aircraft."""
-    legs = pilot.legs
-    assert isinstance(legs, WingedLegs)
-    return legs
+_LOOK_S: Final = 0.1  # how often an aircraft that circles looks how far it has come round
 
 
 def take_off(pilot: Pilot, i: int) -> Routine:
@@ -48,7 +38,7 @@ def hold(pilot: Pilot, i: int) -> Routine:
     goal = pilot.take_goal(i)
     if goal is None:
         legs_of(pilot).set_circle(i, nan)
-    _round(pilot, i, (nan, nan, nan) if goal is None else goal[0])
+    circle_at(pilot, i, (nan, nan, nan) if goal is None else goal[0])
     yield
 
 
@@ -59,11 +49,14 @@ def land(pilot: Pilot, i: int) -> Routine:
 
 
 def return_home(pilot: Pilot, i: int) -> Routine:
-    """Climb to the return height on the way home, go down, loiter there or land (RTL_TYPE 0)."""
+    """Climb to the return height on the way home, go down, loiter there or land.
+
+    RTL_TYPE other than 0 leads to the landing of the mission, where it has one.
+    """
     parameters = pilot.parameters
     hx, hy, hz = pilot.status.home[i].tolist()
     if pilot.status.landed[i]:
-        _round(pilot, i, (nan, nan, nan))
+        circle_at(pilot, i, (nan, nan, nan))
         yield
         return
     x, y, z = pilot.place(i)
@@ -77,6 +70,10 @@ def return_home(pilot: Pilot, i: int) -> Routine:
     )
     legs = legs_of(pilot)
     legs.set_circle(i, -parameters.get(i, "RTL_LOITER_RAD"))
+    landing = planned_landing(pilot, i) if parameters.get(i, "RTL_TYPE") > 0 else None
+    if landing is not None:
+        yield from _fly_landing(pilot, i, landing, top)
+        return
     size = 1.5 * max(parameters.get(i, "RTL_LOITER_RAD"), 100.0)
     legs.go(i, (hx, hy, top), nan, radius_m=size)
     yield
@@ -94,45 +91,19 @@ def return_home(pilot: Pilot, i: int) -> Routine:
     yield from land_at(pilot, i, hx, hy, hz, float(pilot.status.home_yaw[i]))
 
 
-def land_at(pilot: Pilot, i: int, x: float, y: float, floor: float, yaw: float) -> Routine:
-    """Circle down to the entry of the glide, turn in, glide, flare, roll out.
-
-    Args:
-        pilot: whose routine it is.
-        i: the vehicle.
-        x: of the place to come down at, ENU m.
-        y: the same.
-        floor: height of the ground there.
-        yaw: course of the glide.
-    """
-    if pilot.status.landed[i]:
-        _round(pilot, i, (nan, nan, nan))
-        yield
-        return
-    legs = legs_of(pilot)
-    parameters = pilot.parameters
-    entry = max(parameters.get(i, "MIS_LND_ABRT_ALT"), _ENTRY_M)
-    speed = parameters.get(i, "FW_AIRSPD_TRIM")
-    run = glide_run(entry, parameters.get(i, "FW_LND_ANG")) + _STRAIGHT_S * speed
-    ex, ey = x - run * cos(yaw), y - run * sin(yaw)
-    size = max(abs(legs.circle(i)), 150.0)
-    legs.set_circle(i, size)  # round a point to the left of the entry, which it passes on course
-    legs.go(
-        i, (ex - size * sin(yaw), ey + size * cos(yaw), floor + entry), nan, radius_m=1.3 * size
-    )
+def _fly_landing(pilot: Pilot, i: int, landing: int, top: float) -> Routine:
+    """Go to the landing of the mission at a height, and fly its steps."""
+    steps = pilot.plans[i].steps[landing + 1 :]
+    x, y, z = next(step.position for step in steps if isfinite(step.position[0]))
+    pilot.say(i, _INFO, "RTL: land at the landing of the mission")
+    high = max(z, top) if isfinite(z) else top
+    size = 1.5 * max(pilot.parameters.get(i, "RTL_LOITER_RAD"), 100.0)
+    legs_of(pilot).go(i, (x, y, high), nan, radius_m=size)
     yield
-    while not _lined_up(pilot, i, ex, ey, size, yaw):
-        legs.pause(i, pilot.now_us + round(_LOOK_S * 1e6))
-        yield
-    legs.approach(i, x, y, floor, yaw)
-    while not pilot.status.landed[i]:
-        yield
-
-
-def _lined_up(pilot: Pilot, i: int, ex: float, ey: float, size: float, yaw: float) -> bool:
-    x, y, _ = pilot.place(i)
-    off = (course(pilot, i) - yaw + pi) % (2 * pi) - pi
-    return abs(off) < _ALIGNED_RAD and hypot(x - ex, y - ey) < 0.5 * size
+    for number, step in enumerate(steps, landing + 1):
+        pilot.plans[i].current = number
+        if step.do is not Do.JUMP:
+            yield from FLOWN[step.do](pilot, i, step)
 
 
 def _step_take_off(pilot: Pilot, i: int, step: Step) -> Routine:
@@ -143,7 +114,7 @@ def _step_take_off(pilot: Pilot, i: int, step: Step) -> Routine:
     if isfinite(step.position[0]):
         yield from _step_go(pilot, i, step)
     elif _is_last(pilot, i):
-        _round(pilot, i, (nan, nan, top))
+        circle_at(pilot, i, (nan, nan, top))
 
 
 def _step_go(pilot: Pilot, i: int, step: Step) -> Routine:
@@ -193,7 +164,7 @@ def _behind(pilot: Pilot, i: int, here: Vector) -> Vector:
 def _step_stay(pilot: Pilot, i: int, step: Step) -> Routine:
     yield from _off_the_ground(pilot, i)
     legs_of(pilot).set_circle(i, step.circle_m)
-    _round(pilot, i, step.position)
+    circle_at(pilot, i, step.position)
     yield
 
 
@@ -221,19 +192,6 @@ def _off_the_ground(pilot: Pilot, i: int) -> Routine:
 def _is_last(pilot: Pilot, i: int) -> bool:
     plan = pilot.plans[i]
     return plan.current == len(plan.steps) - 1
-
-
-def _round(pilot: Pilot, i: int, position: Vector) -> None:
-    """Loiter round a place; NaN parts of it are where it is."""
-    here = pilot.place(i)
-    x, y, z = (there if isfinite(there) else now for there, now in zip(position, here, strict=True))
-    legs_of(pilot).go(i, (x, y, z), nan)
-
-
-def course(pilot: Pilot, i: int) -> float:
-    """Over ground, or where it looks."""
-    vx, vy, _ = pilot.states.velocity[i].tolist()
-    return atan2(vy, vx) if hypot(vx, vy) > 1.0 else pilot.yaw(i)
 
 
 FLOWN: Final[Mapping[Do, StepRoutine]] = {

@@ -188,6 +188,61 @@ def test_return_loiters_at_home_and_lands_when_told_to(station):
     assert "Landing detected" in gcs.texts
 
 
+LANDING = [
+    (mavlink.MAV_CMD_NAV_WAYPOINT, (900.0, 0.0, 100.0), (0, 0, 0, NAN)),
+    (mavlink.MAV_CMD_DO_LAND_START, (0.0, 0.0, 0.0), (0, 0, 0, 0)),
+    (mavlink.MAV_CMD_NAV_WAYPOINT, (0.0, -600.0, 40.0), (0, 0, 0, NAN)),
+    (mavlink.MAV_CMD_NAV_LAND, (0.0, 0.0, 0.0), (0, 0, 0, NAN)),
+]
+
+
+@pytest.mark.parametrize("how", ["return", "command"])
+def test_it_lands_where_the_mission_says(station, how):
+    gcs = airborne(station)
+    assert gcs.command(mavlink.MAV_CMD_DO_LAND_START) == 6  # cancelled
+    upload(gcs, LANDING)
+    gcs.param("RTL_TYPE", 1)
+    if how == "return":
+        assert gcs.mode_to(*RETURN) == 0
+    else:
+        assert gcs.command(mavlink.MAV_CMD_DO_LAND_START) == 0
+        gcs.fly(0.5)
+        assert gcs.mode == "Mission"
+    heights = []
+    gcs.fly(150, lambda: heights.append(gcs.position[2]) or not gcs.armed)
+    assert away(gcs, 0.0, 0.0) < 150.0
+    assert max(heights) < 110.0
+
+
+def test_it_goes_around(station):
+    gcs = airborne(station)
+    upload(gcs, LANDING)
+    assert gcs.command(mavlink.MAV_CMD_DO_LAND_START) == 0
+    gcs.fly(150, lambda: gcs.position[2] < 8.0)
+    assert gcs.command(mavlink.MAV_CMD_DO_GO_AROUND) == 0
+    gcs.fly(40, lambda: gcs.position[2] > 25.0)
+    gcs.fly(15)
+    assert gcs.position[2] == pytest.approx(30.0, abs=4.0)  # MIS_LND_ABRT_ALT
+    assert away(gcs, 0.0, 0.0) < 700.0
+
+
+def test_an_orbit_then_another_altitude(station):
+    gcs = airborne(station)
+    lat, lon = latlon(200.0, 0.0)
+    taken = gcs.command_int(
+        mavlink.MAV_CMD_DO_ORBIT, -180, frame=mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT,
+        x=lat, y=lon, z=100.0,
+    )  # fmt: skip
+    assert taken == 0
+    gcs.fly(30)
+    assert gcs.command(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, 489.4 + 130.0) == 0
+    gcs.fly(20)
+    places, sense = circled(gcs, 5.0)
+    assert sense == 1
+    assert np.abs(np.linalg.norm(places - (200.0, 0.0), axis=1) - 180.0).max() < 8.0
+    assert gcs.position[2] == pytest.approx(130.0, abs=1.0)
+
+
 def test_land_touches_down_softly(station):
     gcs = airborne(station)
     assert gcs.mode_to(*LAND) == 0
@@ -224,9 +279,11 @@ def upload(gcs, items):
     for seq, (command, (east, north, height), params) in enumerate(items):
         gcs.collect()
         lat, lon = latlon(east, north)
+        order = command == mavlink.MAV_CMD_DO_LAND_START
+        frame = mavlink.MAV_FRAME_MISSION if order else mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
         gcs.send(
             mavlink.MAVLink_mission_item_int_message(
-                gcs.system, 1, seq, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, command,
+                gcs.system, 1, seq, frame, command,
                 0, 1, *params, lat, lon, height,
             )
         )  # fmt: skip
