@@ -5,11 +5,13 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import pairwise
 
 import pytest
 from click.testing import CliRunner
 
 from tests.integration.missions import ROOT, write
+from tests.integration.test_processes import PAIR, router_of, running, wait_for
 from uavbridge.cli import main
 from uavbridge.recording.reader import Recording
 
@@ -52,3 +54,39 @@ def test_a_killed_flight_is_recorded_up_to_its_last_second(tmp_path):
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert dumped.stdout.count("HEARTBEAT") > 20, dumped.stderr
+
+
+def told(folder):
+    """What is recorded so far, but for what the recorder says of itself."""
+    first = folder / "mission.mcap"
+    there = first.exists() and first.stat().st_size > 0
+    return [m for m in Recording(folder).messages() if m.topic != "head"] if there else []
+
+
+def test_a_killed_recorder_is_started_again_and_appends(tmp_path):
+    mission = write(tmp_path, PAIR.format(duration=60.0).replace("agents_per_process = 1", ""))
+    out = tmp_path / "joined"
+    with running(tmp_path, "launch", mission, "--out", tmp_path / "out") as launcher:
+        record = ("record", "--router", router_of(launcher), "--out", out)
+        launcher.says("agent 1: search")
+        with running(tmp_path, *record) as first:
+            wait_for(lambda: sum(m.topic == "state/1" for m in told(out)) > 5)
+            first.process.kill()
+        kept = told(out)
+        killed_us = max(m.t_us for m in kept)
+        began = time.monotonic()
+        with running(tmp_path, *record) as second:
+            second.says("recording pair to ")
+            back_s = time.monotonic() - began
+            launcher.process.wait(60)
+            assert second.process.wait(30) == 0, second.text
+    recording = Recording(out)
+    assert len(recording.parts) == 2
+    messages = told(out)
+    assert messages[: len(kept)] == kept
+    states = [m.t_us / 1e6 for m in messages if m.topic == "state/2"]
+    # it missed what was said while it was away, at four times real time, and nothing else
+    after = [t_s for t_s in states if t_s > killed_us / 1e6]
+    assert after[0] - killed_us / 1e6 < 4.0 * (back_s + 3.0)
+    assert {round(b - a) for a, b in pairwise(after)} == {1}
+    assert any(m.topic == "summary" or b"landed" in m.data for m in messages[-50:])

@@ -45,6 +45,10 @@ def test_only_those_with_credentials_take_part(tmp_path):
         searching(launcher)
 
         assert "--keys" in command("pause", router).stderr
+        launcher.says("refused a session: received fatal alert: UnknownCA")
+        with pytest.raises(BusError, match="no zenoh router answers"):
+            ZenohBus(router.replace("tls", "tcp"), "pair")
+        launcher.says("refused a session: received corrupt message")
         for folder in ("late", "strange"):
             with pytest.raises(BusError, match="does not take"):
                 ZenohBus(router, "pair", identity=Identity(tmp_path / folder / "agent-1"))

@@ -125,12 +125,12 @@ def record(out: Path, mission: str | None, router: str, keys: Path | None) -> No
 def _recorder(folder: Path, mission: str) -> Recorder:
     """Of a new recording, or one that goes on with what an earlier recorder left there."""
     from uavbridge.clock import SECOND_US, wall_date
-    from uavbridge.recording.parts import MCAP_NAME
+    from uavbridge.recording.parts import begun
     from uavbridge.recording.reader import Recording
     from uavbridge.recording.recorder import BUS, Recorder
 
     part, epoch_ns = 1, int(wall_date().timestamp()) * SECOND_US * 1000
-    if (folder / MCAP_NAME).exists():
+    if begun(folder):
         before = Recording(folder)
         if not before.from_bus or before.mission_name != mission:
             raise ConfigError(f"--out: {folder} holds a recording of {before.mission_name} already")

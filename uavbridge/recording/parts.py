@@ -41,6 +41,12 @@ class Rotation:
 ONE_FILE = Rotation()
 
 
+def begun(folder: Path) -> bool:
+    """Whether a recording was begun there; a file that its writer was killed before is none."""
+    first = folder / MCAP_NAME
+    return first.exists() and first.stat().st_size > 0
+
+
 def part_path(first: Path, number: int) -> Path:
     """Where part ``number`` (from 1) goes, beside the first."""
     return first if number == 1 else first.with_name(f"{first.stem}-{number}{first.suffix}")

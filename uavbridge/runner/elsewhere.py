@@ -22,7 +22,7 @@ from uavbridge.config import Mission, parse, to_toml
 from uavbridge.config.connect import with_endpoints
 from uavbridge.errors import ConfigError, UavbridgeError
 from uavbridge.mavlink.urls import open_link
-from uavbridge.recording.parts import MCAP_NAME
+from uavbridge.recording.parts import begun
 from uavbridge.recording.reader import Recording
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import MissionRecord
@@ -168,7 +168,7 @@ def _before(mission: Mission, folder: Path | None) -> Recording | None:
     Raises:
         ConfigError: the folder holds something else.
     """
-    if folder is None or not (folder / MCAP_NAME).exists():
+    if folder is None or not begun(folder):
         return None
     before = Recording(folder)
     if before.mission_name != mission.name:

@@ -16,7 +16,7 @@ from uavbridge.agent.report import decode as decode_report
 from uavbridge.agent.report import encode as encode_report
 from uavbridge.errors import ConfigError
 from uavbridge.recording.digest import StreamDigest, prefix
-from uavbridge.recording.parts import METADATA_NAME, ONE_FILE, Rotation
+from uavbridge.recording.parts import METADATA_NAME, ONE_FILE, Rotation, begun
 from uavbridge.recording.reader import Recording
 from uavbridge.recording.recorder import MCAP_NAME, Recorder
 from uavbridge.recording.topics import (
@@ -311,6 +311,14 @@ def test_a_recording_ends_where_a_part_is_missing(tmp_path: Path) -> None:
     assert [message.topic for message in alone.messages()][:1] == ["mission"]
     assert left.from_start
     assert not alone.from_start
+
+
+def test_a_file_whose_writer_was_killed_at_once_is_no_recording(tmp_path: Path) -> None:
+    assert not begun(tmp_path)
+    (tmp_path / MCAP_NAME).touch()
+    assert not begun(tmp_path)
+    fly(tmp_path).close()
+    assert begun(tmp_path)
 
 
 def test_files_of_such_a_name_are_not_parts(tmp_path: Path) -> None:
