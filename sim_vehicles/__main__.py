@@ -1,6 +1,12 @@
 """``sim-vehicles`` and ``python -m sim_vehicles``: the simulator alone."""
 
-from sim_vehicles.loading import Program, load_and_run
+from __future__ import annotations
+
+from sim_vehicles.loading import load_and_run
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from sim_vehicles.loading import Program
 
 
 def _load() -> Program:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
-from typing import Any, TypeAlias
 
-Program: TypeAlias = Callable[..., Any]
+TYPE_CHECKING = False  # as in ``typing``: nothing is loaded here that need not be
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any, TypeAlias
+
+    Program: TypeAlias = Callable[..., Any]
 
 
 def load_and_run(load: Callable[[], Program], name: str) -> None:

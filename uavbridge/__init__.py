@@ -5,8 +5,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+TYPE_CHECKING = False  # as in ``typing``, which would have to be loaded before Ctrl-C is quiet
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from os import PathLike
