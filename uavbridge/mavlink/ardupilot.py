@@ -40,7 +40,7 @@ from uavbridge.vehicle.api import (
 
 Modes = Mapping[int, tuple[Mode, str]]
 
-_FBWA: Final = 5
+_STABILIZE, _FBWA = 2, 5
 _BRAKE: Final = 17  # holds without a pilot's throttle, which LOITER does not
 _COPTER: Final = {
     0: (Mode.MANUAL, "STABILIZE"),
@@ -128,8 +128,9 @@ class ArduPilot:
         self.kind: Final = kind
         self.repositions: Final = kind == "plane"
         self.lands_by_mission: Final = kind == "plane"
-        # After a landing: LAND arms no copter, and planes want to leave the landing they are in.
-        self.stand_by: Final = set_mode(_FBWA if kind == "plane" else guided)
+        # LAND arms no copter; planes forget that they were landing when their mode changes.
+        modes_of = (_STABILIZE, _FBWA) if kind == "plane" else (guided,)
+        self.stand_by: Final = tuple(set_mode(mode) for mode in modes_of)
         self._modes = modes
         self._guided, self._hold, self._home = guided, hold, home
 

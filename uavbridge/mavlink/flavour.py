@@ -51,8 +51,8 @@ class Flavour(Protocol):
         ...
 
     @property
-    def stand_by(self) -> Order | None:
-        """Puts it in a mode in which it can be armed; None: it can in those that we leave it in."""
+    def stand_by(self) -> tuple[Order, ...]:
+        """Put it in a mode in which it can be armed, unlike that of an earlier flight's end."""
         ...
 
     def mode(self, custom_mode: int) -> tuple[Mode, str]:

@@ -60,7 +60,7 @@ class Px4:
     streams: Final[tuple[Wish, ...]] = ()
     repositions: Final = False
     lands_by_mission: Final = False
-    stand_by: Final[Order | None] = None
+    stand_by: Final = (set_mode(_AUTO, 3),)  # in OFFBOARD, which it lands in, it wants setpoints
 
     def __init__(self, kind: VehicleKind = "multirotor") -> None:
         self.kind: Final = kind

@@ -176,9 +176,11 @@ class MavlinkVehicle:
     def _before_net(self, command: SetNet | RestoreNet, flavour: Flavour, t_us: int) -> None:
         """What an earlier flight left is put away."""
         self._net_next = command
-        sets_out = isinstance(command, SetNet) and not self._telemetry.armed
-        if flavour.stand_by and (sets_out or flavour.lands_by_mission):
-            self._commands.ask(flavour.stand_by, t_us)
+        telemetry = self._telemetry
+        sets_out = isinstance(command, SetNet) and telemetry.mode is not Mode.MANUAL
+        if not telemetry.armed and (sets_out or flavour.lands_by_mission):
+            for order in flavour.stand_by:
+                self._commands.ask(order, t_us)
         if flavour.lands_by_mission:
             self._landings.remove(t_us)
 

@@ -591,18 +591,25 @@ def test_every_command_has_exactly_one_result() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "landed_in", "stands_by_in"),
-    [(mav.MAV_TYPE_QUADROTOR, 9, 4), (mav.MAV_TYPE_FIXED_WING, 10, 5)],
+    ("autopilot", "kind", "landed_in", "stands_by_in"),
+    [
+        (ARDUPILOT, mav.MAV_TYPE_QUADROTOR, 9, 4),
+        (ARDUPILOT, mav.MAV_TYPE_FIXED_WING, 10, 5),
+        (PX4, mav.MAV_TYPE_QUADROTOR, OFFBOARD[0] << 16, HOLD[0]),
+    ],
 )
-def test_ardupilot_is_taken_out_of_the_mode_it_landed_in(
-    kind: int, landed_in: int, stands_by_in: int
+def test_a_vehicle_is_taken_out_of_the_mode_it_landed_in(
+    autopilot: int, kind: int, landed_in: int, stands_by_in: int
 ) -> None:
     bench = Bench()
-    fields = {"autopilot": ARDUPILOT, "base_mode": 0, "custom_mode": landed_in}
+    fields = {"autopilot": autopilot, "base_mode": 0, "custom_mode": landed_in}
     bench.say("HEARTBEAT", type=kind, **fields)
     bench.run(1.0)
     bench.vehicle.do(SetNet(Net(300.0, 80.0, 30.0)), bench.t_us)
-    bench.run(1.0)
-    modes = [m for m in bench.sent if m.msgname == "COMMAND_LONG" and m.command == 176]
-    assert modes
-    assert {m.param2 for m in modes} == {stands_by_in}
+    asked = []
+    for _ in range(20):
+        for order in commands(bench.run(0.1), SET_MODE):
+            asked.append(order.param2)
+            bench.ack(SET_MODE)
+    assert asked[-1] == stands_by_in
+    assert len(asked) == 1 + (kind == mav.MAV_TYPE_FIXED_WING)

@@ -89,9 +89,11 @@ class Plugins:
         self.offboard.start()
 
     def stand_by(self, yaw_deg: float) -> None:
-        """ArduPilot takes off in Guided alone, and arms in it whatever it landed in."""
-        if self.is_ardupilot:
+        """A mode in which it takes off, and arms whatever it landed in."""
+        if self.is_ardupilot and not self.telemetry.in_air():
             self.follow(yaw_deg)
+        elif not self.telemetry.armed() and self.telemetry.flight_mode().name == "OFFBOARD":
+            self.action.hold()
 
     def velocity(self, n: float, e: float, d: float, yaw_deg: float) -> None:
         """A setpoint in its local frame."""
@@ -109,7 +111,6 @@ def call_of(plugins: Plugins, command: Command, yaw_deg: float) -> Callable[[], 
         action = plugins.action
         match command:
             case Arm():
-                plugins.stand_by(yaw_deg)
                 action.arm()  # never arm_force: that disarms
             case Disarm():
                 action.disarm()
@@ -126,6 +127,7 @@ def call_of(plugins: Plugins, command: Command, yaw_deg: float) -> Callable[[], 
             case ReturnHome():
                 action.return_to_launch()
             case SetNet(net):
+                plugins.stand_by(yaw_deg)
                 plugins.nets.cast(net)
             case RestoreNet():
                 plugins.nets.restore()
