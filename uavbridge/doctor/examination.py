@@ -119,6 +119,7 @@ def _router(mission: Mission) -> Iterator[Finding]:
         yield error("router", text, f"start one: uavbridge router --listen {router}")
     else:
         yield ok("router", f"{router} answers")
+        yield from _attempt("router", lambda: Leased((), (router, mission.name)).close())
 
 
 def _vehicles(

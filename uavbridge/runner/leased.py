@@ -1,4 +1,4 @@
-"""Ids and ports of a mission's own vehicles, kept from the other simulators of the machine."""
+"""What a mission has for itself on this machine: its vehicles' ids and ports, its name on a bus."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import logging
 from collections.abc import Collection
 from types import TracebackType
 from typing import Self
+from zlib import crc32
 
 from sim_vehicles.leases import Leases, lease_systems, port_name
 from sim_vehicles.ports import ServerError
-from uavbridge.errors import LinkError
+from uavbridge.errors import BusError, LinkError
 
 _log = logging.getLogger(__name__)
 
@@ -19,14 +20,32 @@ class Leased:
 
     Args:
         agents: whose vehicles are simulated.
+        bus: endpoint of a router that others may use too, and the mission's name; None: it has
+            a router of its own.
         leases: hold what was taken; None: new ones.
+
+    Raises:
+        BusError: a mission of that name flies at that router already.
 
     Attributes:
         systems: system id of each; its agent's number where nobody else here has it.
     """
 
-    def __init__(self, agents: Collection[int], leases: Leases | None = None) -> None:
+    def __init__(
+        self,
+        agents: Collection[int],
+        bus: tuple[str, str] | None = None,
+        leases: Leases | None = None,
+    ) -> None:
         self._leases = leases or Leases()
+        if bus is not None:
+            endpoint, mission = bus
+            who = self._taken(f"bus-{crc32(f'{endpoint} {mission}'.encode()):08x}")
+            if who is not None:
+                raise BusError(
+                    f"bus.router: a mission {mission} flies at {endpoint} already ({who}); "
+                    "give this one another name"
+                )
         self.systems = lease_systems(agents, self._leases)
 
     def keep(self, port: int) -> int:
@@ -35,16 +54,22 @@ class Leased:
         Raises:
             LinkError: one does already.
         """
-        name = port_name(port)
-        try:
-            ours = self._leases.take([name])
-        except ServerError as fault:  # no folder for leases: fly without
-            _log.debug("UDP port %d is not leased: %s", port, fault)
-            return port
-        if not ours:
-            who = self._leases.holder(name)
+        who = self._taken(port_name(port))
+        if who is not None:
             raise LinkError(f"UDP port {port} is another simulator's ({who})")
         return port
+
+    def _taken(self, name: str) -> str | None:
+        """Who has a name; None: we have it from now on."""
+        try:
+            return None if self._leases.take([name]) else self._leases.holder(name)
+        except ServerError as fault:  # no folder for leases: fly without
+            _log.debug("%s is not leased: %s", name, fault)
+            return None
+
+    def close(self) -> None:
+        """Let go of everything."""
+        self._leases.close()
 
     def __enter__(self) -> Self:
         return self
@@ -55,4 +80,4 @@ class Leased:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._leases.close()
+        self.close()

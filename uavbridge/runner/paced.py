@@ -108,7 +108,8 @@ def fly_paced(
         if aside is not None:
             stack.enter_context(aside(endpoint))
         team = [a for a in mission.scenario().team if mission.endpoint(a) is None]
-        leased = stack.enter_context(Leased(team))
+        shared = None if mission.bus.router is None else (endpoint, mission.name)
+        leased = stack.enter_context(Leased(team, shared))
         links: dict[int, Link] = {}
         for place, plan in enumerate(plans):
             known = attached.get(plan.agent)
