@@ -30,6 +30,8 @@ _ASKED: Final[Mapping[int, tuple[float, ...]]] = {
     mav.MAV_CMD_NAV_TAKEOFF: (0, 0, 0, nan, nan, nan, 20),
     mav.MAV_CMD_CONDITION_YAW: (90, 0, 1),
     mav.MAV_CMD_DO_CHANGE_SPEED: (1, 5, -1),
+    mav.MAV_CMD_DO_ORBIT: (100, 0, 0, nan, 47.3978, 8.5456, 600),
+    mav.MAV_CMD_DO_CHANGE_ALTITUDE: (600,),
     mav.MAV_CMD_DO_SET_HOME: (1,),
     mav.MAV_CMD_DO_REPOSITION: (-1, 1, 0, nan, 47.3978, 8.5456, 20),
     mav.MAV_CMD_COMPONENT_ARM_DISARM: (1,),
@@ -41,7 +43,7 @@ _ASKED: Final[Mapping[int, tuple[float, ...]]] = {
 }
 """Params of each command as it is tried; otherwise zeros."""
 _OTHERS: Final = (
-    *(mav.MAV_CMD_DO_ORBIT, mav.MAV_CMD_DO_SET_ROI_LOCATION, mav.MAV_CMD_DO_SET_STANDARD_MODE),
+    *(mav.MAV_CMD_DO_SET_ROI_LOCATION, mav.MAV_CMD_DO_SET_STANDARD_MODE),
     *(mav.MAV_CMD_REQUEST_CAMERA_INFORMATION, mav.MAV_CMD_REQUEST_PROTOCOL_VERSION),
     *(mav.MAV_CMD_REQUEST_STORAGE_INFORMATION, mav.MAV_CMD_PREFLIGHT_CALIBRATION),
 )

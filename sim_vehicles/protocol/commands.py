@@ -23,7 +23,6 @@ DENIED: Final[int] = mav.MAV_RESULT_DENIED
 UNSUPPORTED: Final[int] = mav.MAV_RESULT_UNSUPPORTED
 # MAV_CMD_GUIDED_CHANGE_SPEED and so on, of ArduPilot's own dialect
 GUIDED_CHANGE_SPEED, GUIDED_CHANGE_ALTITUDE, GUIDED_CHANGE_HEADING = 43000, 43001, 43002
-_CANCELLED: Final = 6  # MAV_RESULT_CANCELLED
 WRONG_FRAME: Final = 9  # MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
 _FORCE: Final = 21196
 _FAILURES: Final = (mav.FAILURE_TYPE_OK, mav.FAILURE_TYPE_OFF)
@@ -177,10 +176,9 @@ def _change_guided(endpoint: Endpoint, order: Order) -> int:
 def _start_landing(endpoint: Endpoint, order: Order) -> int:
     """DO_LAND_START, of aircraft."""
     pilot, i = endpoint.pilot, endpoint.index
-    if isinstance(pilot, Px4Plane):
-        refusal = pilot.start_landing(i)
-        return _said(endpoint, refusal) if refusal is None else _CANCELLED
-    return _said(endpoint, pilot.start_landing(i)) if isinstance(pilot, ArduPlane) else UNSUPPORTED
+    if not isinstance(pilot, Px4Plane | ArduPlane):
+        return UNSUPPORTED
+    return _said(endpoint, pilot.start_landing(i))
 
 
 def _go_around(endpoint: Endpoint, order: Order) -> int:
