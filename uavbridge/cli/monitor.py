@@ -66,15 +66,15 @@ def _player(recording: Path) -> Player:
 
 def _in_browser(recording: Path | None, options: dict[str, Any]) -> None:
     from uavbridge.bus.zenoh_bus import find_missions
-    from uavbridge.monitor.web.pages import Place, check_extra, serve_live, serve_recording
+    from uavbridge.monitor.web.pages import Place, check, serve_live, serve_recording
 
     place = Place(options["host"], options["port"], options["token"])
+    check(place)
 
     def ready(address: str) -> None:
         click.echo(f"{address}  (Ctrl-C ends)")
 
     if recording is not None:
-        check_extra()
         serve_recording(_player(recording), place, ready)
         return
     router, identity = options["router"], identity_of(options["keys"])

@@ -17,6 +17,8 @@ from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from uavbridge.errors import ConfigError
+
 COOKIE = "uavbridge_token"
 SHORTEST_TOKEN = 12
 POLICY = (
@@ -41,6 +43,14 @@ def is_loopback(host: str) -> bool:
         return ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def check_token(host: str, token: str | None) -> None:
+    """Raise ConfigError for too short a token, and where others could come in without one."""
+    if token is not None and len(token) < SHORTEST_TOKEN:
+        raise ConfigError(f"--token: needs {SHORTEST_TOKEN} characters or more")
+    if token is None and not is_loopback(host):
+        raise ConfigError(f"--host: {host} can be reached by others; --token must be given")
 
 
 class Guard:

@@ -41,6 +41,14 @@ def check_extra() -> None:
         raise ConfigError("--web: needs the extra: pip install 'uavbridge[web]'")
 
 
+def check(place: Place) -> None:
+    """Raise ConfigError where no page can be served, before anything takes its time."""
+    check_extra()
+    from uavbridge.monitor.web.guard import check_token
+
+    check_token(place.host, place.token)
+
+
 def serve_live(
     router: str,
     mission: str,

@@ -20,10 +20,10 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from uavbridge.agent.orders import Verb
 from uavbridge.bus.text import read
 from uavbridge.clock import to_us, wall_s
-from uavbridge.errors import ConfigError, LinkError, UavbridgeError
+from uavbridge.errors import LinkError, UavbridgeError
 from uavbridge.monitor.source import Source
 from uavbridge.monitor.web.feed import Feed
-from uavbridge.monitor.web.guard import SHORTEST_TOKEN, Guard, is_loopback
+from uavbridge.monitor.web.guard import Guard, check_token
 from uavbridge.monitor.web.messages import Answer, Ask
 
 STEP_S = 0.1  # between two looks at the bus
@@ -92,10 +92,7 @@ def serve(
 
 def listen(host: str, port: int, token: str | None) -> socket.socket:
     """A listening socket. Raises as ``serve`` does."""
-    if token is not None and len(token) < SHORTEST_TOKEN:
-        raise ConfigError(f"--token: needs {SHORTEST_TOKEN} characters or more")
-    if token is None and not is_loopback(host):
-        raise ConfigError(f"--host: {host} can be reached by others; --token must be given")
+    check_token(host, token)
     try:
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         return socket.create_server((host, port), family=family)
