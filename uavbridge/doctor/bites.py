@@ -109,7 +109,7 @@ _ROVER: Final = (
 _PLANE: Final = (
     Bite(
         "RTL_AUTOLAND", lambda v, _: v == 0,
-        "after its return it circles over home and does not land",
+        "should the bridge fall silent, it returns and circles over home, and does not land",
         "give it a landing sequence and set RTL_AUTOLAND, or have a pilot land it",
     ),
     Bite(
