@@ -60,6 +60,24 @@ def test_the_planners_decide_the_same_again(flown):
     assert 0 < middle.decisions < whole.decisions
 
 
+def test_agents_that_flew_apart_are_verified_with_the_frames_that_the_launcher_has(flown, tmp_path):
+    known = {"mission": tmp_path}
+    for agent in ("1", "2", "3", "4"):
+        known[agent] = tmp_path / "agents" / agent
+        known[agent].mkdir(parents=True)
+    for name, folder in known.items():
+        with Recorder(folder, mission_name="small", epoch_ns=0) as recorder:
+            for topic, t_us, data in Recording(flown[0]).messages():
+                space, _, agent = topic.partition("/")
+                # its own of an agent; the launcher has what was on the air
+                own = agent == name or (name == "mission" and space == "air")
+                if own or topic == "mission":
+                    recorder.write(topic, t_us, data)
+    result = verify(tmp_path)
+    assert result.ok, result.difference
+    assert result.decisions == verify(flown[0]).decisions
+
+
 @pytest.mark.parametrize(
     ("fields", "word"),
     [({"values": [1.0, 2.0, 3.0]}, "values"), ({"note": "elsewhere"}, "note")],

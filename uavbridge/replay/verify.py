@@ -98,6 +98,17 @@ def verify(
     Raises:
         ConfigError: no recording, its planner is not there, or there is nothing to verify.
     """
+    return _verified(path, from_s, kind, progress, {})
+
+
+def _verified(
+    path: Path,
+    from_s: float,
+    kind: PlannerKind | None,
+    progress: Callable[[int], None],
+    frames: dict[tuple[int, int], Frame],
+) -> Verified:
+    """``verify``, with the frames that other recordings of the flight hold."""
     whole = opened(path)
     if not whole.recording.from_start:
         raise ConfigError(f"{path}: is not the first part: what was known before it is missing")
@@ -105,7 +116,6 @@ def verify(
     planner = assemble.planner_of(mission, kind)
     plans = assemble.agent_plans(mission.for_agents(), planner)
     minds = {plan.agent: _Mind(plan, Mapping(plan)) for plan in plans}
-    frames: dict[tuple[int, int], Frame] = {}
     taken = 0
     try:
         for message in whole.messages():
@@ -117,7 +127,7 @@ def verify(
         raise ConfigError(f"{path}: {message.topic} at {to_s(message.t_us):g} s: {fault}") from None
     apart = sorted((whole.recording.path.parent / FOLDER).glob(f"*/{MCAP_NAME}"))
     if not taken and apart:
-        return _verify_apart(apart, from_s, kind, progress)
+        return _verify_apart(apart, from_s, kind, progress, frames)
     if not taken:
         what = (
             "it was recorded from the bus" if whole.recording.from_bus else f"from {from_s:g} s on"
@@ -127,11 +137,16 @@ def verify(
 
 
 def _verify_apart(
-    paths: list[Path], from_s: float, kind: PlannerKind | None, progress: Callable[[int], None]
+    paths: list[Path],
+    from_s: float,
+    kind: PlannerKind | None,
+    progress: Callable[[int], None],
+    frames: dict[tuple[int, int], Frame],
 ) -> Verified:
+    """What each process took down of its own, with the frames that the launcher has of all."""
     taken = 0
     for path in paths:
-        result = verify(path, from_s=from_s, kind=kind, progress=progress)
+        result = _verified(path, from_s, kind, progress, dict(frames))
         taken += result.decisions
         if not result.ok:
             return Verified(taken, result.difference)

@@ -21,7 +21,7 @@ from uavbridge.clock import SECOND_US, LedClock, PacedClock, pause, to_us, wall_
 from uavbridge.config import Mission, parse, to_toml
 from uavbridge.config.connect import with_endpoints
 from uavbridge.errors import ConfigError, UavbridgeError
-from uavbridge.mavlink.urls import open_link
+from uavbridge.mavlink.urls import open_link, parse_url
 from uavbridge.recording.parts import begun
 from uavbridge.recording.reader import Recording
 from uavbridge.recording.recorder import Recorder
@@ -144,19 +144,24 @@ def _board(
     attached: Mapping[int, Attached],
 ) -> _Aboard:
     """Links, vehicles and agents; the links are closed with the stack."""
-    links = {
-        plan.agent: attached[plan.agent].link
-        if plan.agent in attached
-        else open_link(_simulated(plan.agent, told), plan.agent)
-        for plan in plans
-    }
+    own = [plan.agent for plan in plans if plan.agent not in attached]
+    urls = {agent: _simulated(agent, told) for agent in own}
+    links = {agent: found.link for agent, found in attached.items()}
+    links |= {agent: open_link(url, agent) for agent, url in urls.items()}
+    systems = {agent: parse_url(url).system for agent, url in urls.items()}
     for link in links.values():
         stack.callback(link.close)
     paced, reached = PacedClock(mission.speed), Reached(bus)
     clock = LedClock(paced, reached, lead_us=LEAD_US)
     vehicles = {
-        agent: driver_of(mission, logged(mission, link, agent, recorder, clock), agent, attached)
-        for agent, link in links.items()
+        agent: driver_of(
+            mission,
+            logged(mission, links[agent], agent, recorder, clock),
+            agent,
+            attached,
+            systems.get(agent),
+        )
+        for agent in sorted(links)
     }
     host = build_host(mission, plans, vehicles, bus, recorder)
     return _Aboard(host, vehicles, paced, reached, clock)

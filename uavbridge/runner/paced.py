@@ -123,8 +123,9 @@ def fly_paced(
         spoken = simulation.ready()
         crew = None
         if others:
-            host_name = mission.simulator.host
-            found = {agent: f"udpout:{host_name}:{spoken[agent]}" for agent in others & set(spoken)}
+            found = {
+                agent: _spoken_to(mission, agent, spoken, leased) for agent in others & {*spoken}
+            }
             crew = stack.enter_context(Crew(mission, others, session(), recorder, found))
             crew.start(endpoint)
             missing = crew.wait(stop)
@@ -252,7 +253,7 @@ def _with_payloads(
 def _with_places(
     mission: Mission, session: Callable[[], ZenohBus], progress: Progress, run: int
 ) -> Progress:
-    """The launcher hosts the mission's place agents, if it has any, and tells the others the run."""
+    """The launcher hosts the mission's place agents, and tells those elsewhere the run."""
     table = mission.stigmergy()
     if table is None or table.form == "copies":
         return progress
@@ -280,6 +281,13 @@ def _router(mission: Mission, alone: bool) -> Router | RouterProcess:
 def _port(link: Link | None) -> int:
     """Where a simulated vehicle speaks to; 0: it waits to be spoken to."""
     return link.port if isinstance(link, UdpLink) else 0
+
+
+def _spoken_to(mission: Mission, agent: int, ports: Mapping[int, int], leased: Leased) -> str:
+    """Where another process finds an agent's simulated vehicle."""
+    system = leased.systems.get(agent, agent)
+    vehicle = "" if system == agent else f"#{system}"
+    return f"udpout:{mission.simulator.host}:{ports[agent]}{vehicle}"
 
 
 def _link(mission: Mission, agent: int, place: int, leased: Leased) -> Link:
