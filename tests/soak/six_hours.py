@@ -25,7 +25,7 @@ from uavbridge.recording.reader import Recording
 
 MISSION = Path(__file__).with_suffix(".toml")
 TICK_US = 100_000
-_TIME = re.compile(r"^(\d+):(\d\d) min")
+_TIME = re.compile(r"^(?:(\d+):)?(\d+):(\d\d) min")
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,7 @@ class Flight:
     """What was sampled while it flew."""
 
     wall_s: float
+    cpu_s: float  # what it takes on a core of its own
     status: int
     samples: np.ndarray  # (k, 3) mission time s, wall time s, resident memory in MB
 
@@ -51,18 +52,19 @@ class Drift:
     reports: frozenset[int]  # how many agents made, one a second
     decisions: tuple[int, int]  # fewest and most of an agent, one a second of search
     believed_m: tuple[float, ...]  # largest distance between reported and true position
+    flown_km: tuple[float, ...]  # way of whoever flew least
     landed_m: float  # farthest landing from its start
     closest_m: float
 
 
 def fly(out: Path, duration_s: float | None = None) -> Flight:
     """Fly it, sampling."""
-    command = [sys.executable, "-m", "uavbridge", "launch", str(MISSION), "--headless"]
+    command = [sys.executable, "-m", "tests.soak.lasting", "launch", str(MISSION), "--headless"]
     command += ["--out", str(out)]
     if duration_s is not None:
         command += ["--duration", str(duration_s)]
     began = time.monotonic()
-    samples = []
+    samples, cpu_s = [], 0.0
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
         process = psutil.Process(child.pid)
         assert child.stdout is not None
@@ -70,10 +72,16 @@ def fly(out: Path, duration_s: float | None = None) -> Flight:
             found = _TIME.match(line)
             if found is None:
                 continue
-            minutes, seconds = found.groups()
+            hours, minutes, seconds = (int(part or 0) for part in found.groups())
             wall_s, octets = time.monotonic() - began, process.memory_info().rss
-            samples.append((60.0 * int(minutes) + int(seconds), wall_s, octets / 1e6))
-    return Flight(time.monotonic() - began, child.returncode, np.array(samples).reshape(-1, 3))
+            samples.append((3600.0 * hours + 60.0 * minutes + seconds, wall_s, octets / 1e6))
+            cpu_s = sum(process.cpu_times()[:2])
+            if len(samples) % 12 == 0:
+                print(
+                    f"  {line.split(',')[0]}: {cpu_s:.0f} CPU s, {octets / 1e6:.1f} MB", flush=True
+                )
+    wall_s = time.monotonic() - began
+    return Flight(wall_s, cpu_s, child.returncode, np.array(samples).reshape(-1, 3))
 
 
 def slope_mb_per_hour(samples: np.ndarray, after_s: float, until_s: float) -> float:
@@ -97,6 +105,7 @@ def drift(out: Path) -> Drift:
     reports: Counter[int] = Counter()
     decisions: Counter[int] = Counter()
     believed: dict[int, float] = {}
+    odometers: dict[int, dict[int, float]] = {-1: {}}  # by hour and agent, m
     first: dict[int, np.ndarray] = {}
     where: dict[int, np.ndarray] = {}
     for topic, t_us, data in recording.messages():
@@ -111,6 +120,7 @@ def drift(out: Path) -> Drift:
         elif kind == "state":
             report = decode(data)
             reports[report.agent] += 1
+            odometers.setdefault(t_us // 3_600_000_000, {})[report.agent] = report.distance_m
             if report.in_air and report.agent in where:
                 off_m = float(np.linalg.norm(where[report.agent] - np.array(report.position)))
                 hour = t_us // 3_600_000_000
@@ -126,6 +136,10 @@ def drift(out: Path) -> Drift:
         reports=frozenset(reports.values()),
         decisions=(min(decisions.values()), max(decisions.values())),
         believed_m=tuple(believed[hour] for hour in sorted(believed)),
+        flown_km=tuple(
+            min(odometers[hour][a] - odometers[hour - 1].get(a, 0.0) for a in first) / 1e3
+            for hour in sorted(odometers)[1:]
+        ),
         landed_m=max(float(np.hypot(*(where[a] - first[a])[:2])) for a in first),
         closest_m=summary["min_separation_m"],
     )
@@ -133,9 +147,7 @@ def drift(out: Path) -> Drift:
 
 def main(out: Path, duration_s: float | None) -> None:
     flight = fly(out, duration_s)
-    print(f"status {flight.status}, {flight.wall_s:.0f} s of wall time")
-    for mission_s, wall_s, megabytes in flight.samples[:: max(1, len(flight.samples) // 40)]:
-        print(f"  {mission_s / 3600:6.3f} h, after {wall_s:7.1f} s: {megabytes:7.1f} MB")
+    print(f"status {flight.status}, {flight.wall_s:.0f} s, {flight.cpu_s:.0f} s of CPU")
     print("x real time, by hour:", [round(x, 1) for x in speeds(flight.samples)])
     end_s = flight.samples[-1, 0]
     for share in (0.25, 0.5):
