@@ -14,6 +14,7 @@ from uavbridge.vehicle.api import (
     LandHere,
     Mode,
     Refused,
+    ReturnHome,
     SetVelocity,
     TakeOff,
     VehicleState,
@@ -54,6 +55,7 @@ class PointVehicle:
             Follow: {"mode": Mode.OFFBOARD},
             HoldPosition: {"mode": Mode.HOLD},
             LandHere: {"mode": Mode.LAND},
+            ReturnHome: {"mode": Mode.RETURN},
         }[type(command)]
         if isinstance(command, TakeOff):
             self._height = self.home[2] + command.height_m

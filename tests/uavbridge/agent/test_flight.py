@@ -291,6 +291,22 @@ def test_a_vehicle_lost_by_our_own_delay_is_taken_back():
     assert run.agent.flight.failure == ""
 
 
+def test_an_aircraft_that_can_not_land_is_left_circling_over_home():
+    why = "its mission has no landing (DO_LAND_START)"
+    vehicle = PointVehicle((100, 100, 0), refusal=why, refuses=LandHere, kind="plane")
+    run = Run(plan_of(FlyTo(GoTo(np.array([500.0, 500.0, 40.0])))), vehicle)
+    run.until(Phase.TAKEOFF)
+    while vehicle.state.position[2] < 10.0:
+        run.step()
+    run.step(orders=(Order(Verb.LAND),))
+    run.until(Phase.DONE, 20)
+    assert [tell.text for tell in run.told[-2:]] == [
+        f"no landing: {why}",
+        "circles over home by its autopilot, which is to land it",
+    ]
+    assert vehicle.state.mode is Mode.RETURN
+
+
 class Faulty(FlyTo):
     """Decides three times, then fails in its own way."""
 
