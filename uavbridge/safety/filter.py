@@ -194,11 +194,13 @@ def _separation(
 ) -> list[tuple[HalfSpace, Vector]]:
     """A rule per vehicle that matters, and the horizontal direction that passes it on the right."""
     care = e.care_m
+    px, py, pz = position
     rules = []
     for other in traffic:
-        dx = other.position[0] - position[0]
-        dy = other.position[1] - position[1]
-        dz = other.position[2] - position[2]
+        ox, oy, oz = other.position
+        dx, dy, dz = ox - px, oy - py, oz - pz
+        if abs(dx) > care or abs(dy) > care:  # most of a large fleet
+            continue
         distance = sqrt(dx * dx + dy * dy + dz * dz)
         if distance > care:
             continue
@@ -250,18 +252,18 @@ def _limit_speed(v: Vector, e: Envelope) -> Vector:
 
 
 def _project(wanted: Vector, rules: list[HalfSpace], e: Envelope) -> Vector:
-    v = _limit_speed(wanted, e)
+    vx, vy, vz = _limit_speed(wanted, e)
     for _ in range(ROUNDS):
         moved = False
-        for rule in rules:
-            excess = rule.along(v) - rule.limit
+        for x, y, z, limit in rules:
+            excess = x * vx + y * vy + z * vz - limit
             if excess > 1e-9:
-                v = (v[0] - excess * rule.x, v[1] - excess * rule.y, v[2] - excess * rule.z)
+                vx, vy, vz = vx - excess * x, vy - excess * y, vz - excess * z
                 moved = True
-        v = _limit_speed(v, e)
+        vx, vy, vz = _limit_speed((vx, vy, vz), e)
         if not moved:
-            return v
-    return _scale_down(v, rules)
+            return vx, vy, vz
+    return _scale_down((vx, vy, vz), rules)
 
 
 def _scale_down(v: Vector, rules: list[HalfSpace]) -> Vector:
