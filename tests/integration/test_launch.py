@@ -28,11 +28,12 @@ pytestmark = pytest.mark.integration
 KEYS = {
     "mission", "seed", "clock", "duration_s", "wall_s", "coverage", "uncertainty", "entropy",
     "targets", "false_targets", "agents", "radio", "min_separation_m", "failures", "deaths",
-    "digest", "out",
+    "ticks", "late_ticks", "digest", "out",
 }  # fmt: skip
 AGENT_KEYS = {
     "id", "state", "distance_m", "frames_sent", "frames_heard", "bytes_sent", "bytes_heard",
     "bytes_offered", "map_bytes_sent", "dropped", "dropped_bytes", "rejected",
+    "clock_offset_s", "clock_error_s", "date_offset_s",
 }  # fmt: skip
 
 

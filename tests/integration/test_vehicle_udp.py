@@ -39,8 +39,9 @@ TICK_US = 50_000
 @contextmanager
 def simulator(*options: str) -> Iterator[None]:
     """``python -m sim_vehicles`` until the block ends."""
-    command = [sys.executable, "-m", "sim_vehicles", "--json", "--speed", str(SPEED), *options]
-    process = subprocess.Popen([*command, "--duration", "1000"], stdout=subprocess.DEVNULL)
+    command = [sys.executable, "-m", "sim_vehicles", "--json", "--speed", str(SPEED)]
+    command += ["--start-system", "1", "--duration", "1000", *options]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     try:
         yield
     finally:
