@@ -33,7 +33,9 @@ def test_vehicles_of_other_ids_on_one_port_fly_beside_simulated_ones(tmp_path):
     assert "10 m east" in told
     flown = (tmp_path / "o" / "mission.toml").read_text()
     assert flown.count("endpoint") == 2
-    assert "speed = 8.0" in flown  # that of the vehicles' clocks
+    speed = re.search(r"^speed = ([\d.]+)$", flown, re.MULTILINE)
+    assert speed is not None
+    assert 5.0 < float(speed[1]) < 11.0  # 8, that of the vehicles' clocks, as measured
 
 
 @pytest.mark.soak
