@@ -7,6 +7,7 @@ None, counted. Described in docs/reference/wire_format.md.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from math import isfinite
@@ -137,10 +138,7 @@ def decode_map(data: bytes, rejects: Counter[str] | None = None) -> FullMap | No
 def encode_readings(readings: Readings) -> bytes:
     """The bytes of sensor readings. Raises ValueError when a number does not fit its field."""
     head = _packed(_READINGS, Kind.READINGS, len(readings.looks), readings.t_us)
-    try:
-        return head + b"".join(_READING.pack(*look) for look in readings.looks)
-    except error as fault:
-        raise ValueError(f"reading: {fault}") from None
+    return head + _rows("reading", _READING, readings.looks)
 
 
 def decode_readings(data: bytes, rejects: Counter[str] | None = None) -> Readings | None:
@@ -151,10 +149,7 @@ def decode_readings(data: bytes, rejects: Counter[str] | None = None) -> Reading
 def encode_signals(signals: Signals) -> bytes:
     """The bytes of target signals. Raises ValueError when a number does not fit its field."""
     head = _packed(_READINGS, Kind.SIGNALS, len(signals.heard), signals.t_us)
-    try:
-        return head + b"".join(_SIGNAL.pack(*one) for one in signals.heard)
-    except (error, OverflowError) as fault:
-        raise ValueError(f"signal: {fault}") from None
+    return head + _rows("signal", _SIGNAL, signals.heard)
 
 
 def decode_signals(data: bytes, rejects: Counter[str] | None = None) -> Signals | None:
@@ -165,15 +160,19 @@ def decode_signals(data: bytes, rejects: Counter[str] | None = None) -> Signals 
 def encode_obstacles(obstacles: Obstacles) -> bytes:
     """The bytes of obstacles seen. Raises ValueError when a number does not fit its field."""
     head = _packed(_READINGS, Kind.OBSTACLES, len(obstacles.seen), obstacles.t_us)
-    try:
-        return head + b"".join(_OBSTACLE.pack(*one) for one in obstacles.seen)
-    except error as fault:
-        raise ValueError(f"obstacle: {fault}") from None
+    return head + _rows("obstacle", _OBSTACLE, obstacles.seen)
 
 
 def decode_obstacles(data: bytes, rejects: Counter[str] | None = None) -> Obstacles | None:
     """The obstacles in ``data``; None, and its reason counted, when malformed."""
     return accepted(_obstacles, data, rejects)
+
+
+def _rows(name: str, row: Struct, rows: Iterable[Iterable[object]]) -> bytes:
+    try:
+        return b"".join(row.pack(*one) for one in rows)
+    except (error, OverflowError) as fault:
+        raise ValueError(f"{name}: {fault}") from None
 
 
 def encode_truth(truth: Truth) -> bytes:
