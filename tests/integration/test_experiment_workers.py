@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,9 @@ from uavbridge.clock import pause
 from uavbridge.experiments import output, registry, runner, spread
 
 pytestmark = pytest.mark.integration
+children_are_known = pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="children are read from /proc"
+)
 
 
 def numbers(who):
@@ -55,8 +59,9 @@ def anybody_left(group):
     return True
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are read from /proc")
-def test_an_interrupt_ends_all_processes():
+@contextmanager
+def at_work():
+    """An experiment of minutes with two workers that are there."""
     arguments = ("experiment", "liu-table2", "--runs", "5000", "--workers", "2")
     process = subprocess.Popen(
         [sys.executable, "-m", "uavbridge", *arguments],
@@ -65,10 +70,30 @@ def test_an_interrupt_ends_all_processes():
         text=True,
         start_new_session=True,
     )
-    wait_for_workers(process.pid, 2)
-    os.killpg(process.pid, signal.SIGINT)
-    out, err = process.communicate(timeout=30)
-    assert process.returncode != 0
-    assert "Traceback" not in err
-    assert out == ""
-    assert not anybody_left(process.pid)
+    try:
+        wait_for_workers(process.pid, 2)
+        yield process
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+
+
+@children_are_known
+def test_an_interrupt_ends_all_processes():
+    with at_work() as process:
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+        assert process.returncode != 0
+        assert "Traceback" not in err
+        assert out == ""
+        assert not anybody_left(process.pid)
+
+
+@children_are_known
+def test_workers_end_with_a_killed_parent():
+    with at_work() as process:
+        pause(1.0)  # in the middle of a task
+        process.kill()
+        process.wait()
+        assert not anybody_left(process.pid)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import multiprocessing
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -36,7 +37,7 @@ class Here:
 
 @dataclass(frozen=True, slots=True)
 class Processes:
-    """A pool of fresh processes; an interrupt ends them all."""
+    """A pool of fresh processes; an interrupt ends them all, and so does the death of this one."""
 
     workers: int
 
@@ -47,6 +48,7 @@ class Processes:
         pool = ProcessPoolExecutor(
             min(self.workers, max(len(tasks), 1)),
             mp_context=multiprocessing.get_context("spawn"),
+            initializer=_end_with_parent,
         )
         done = False
         try:
@@ -108,6 +110,18 @@ def choose(workers: int, dask: str | None = None) -> Spread:
     if workers < 1:
         raise ConfigError(f"--workers must be at least 1, not {workers}")
     return Here() if workers == 1 else Processes(workers)
+
+
+def _end_with_parent() -> None:
+    """In a worker: end at once when the parent is gone, were it killed in the middle of a task."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def wait() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 @contextmanager
