@@ -71,6 +71,7 @@ def make(
     mission: str,
     agents: Iterable[int],
     *,
+    places: Iterable[int] = (),
     hosts: Sequence[str] = (),
     days: float = 30.0,
 ) -> list[Path]:
@@ -82,19 +83,21 @@ def make(
         folder: must not be there yet.
         mission: name of the mission.
         agents: their ids.
+        places: those of its place agents.
         hosts: names and addresses under which clients find the router, besides this machine's.
         days: how long the certificates are good; below 0: they are over, for tests.
 
     Raises:
         ConfigError: the folder is there already, or cannot be made.
     """
-    access = security.Access(mission, sorted(agents))
+    access = security.Access(mission, sorted(agents), sorted(places))
     names = [
         security.ROUTER,
         security.LAUNCHER,
         security.OPERATOR,
         security.MONITOR,
         *map(security.agent_name, access.agents),
+        *map(security.place_name, access.places),
     ]
     authority = _Authority(mission, days * _DAY_S)
     try:

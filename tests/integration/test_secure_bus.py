@@ -10,11 +10,13 @@ import pytest
 from websockets.sync.client import connect
 
 from tests.integration.missions import write
+from tests.integration.test_pheromones import MISSION
 from tests.integration.test_processes import PAIR, router_of, running, searching
 from uavbridge.bus.security import Identity
 from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.errors import BusError, ConfigError
 from uavbridge.keys import make
+from uavbridge.recording.reader import Recording
 
 pytestmark = [pytest.mark.integration, pytest.mark.timeout(150)]
 
@@ -86,3 +88,30 @@ def test_identities_that_are_not_there_are_named(tmp_path):
     with pytest.raises(ConfigError, match="keys: File exists"):
         make(tmp_path / "keys", "pair", [1])
     assert (tmp_path / "keys/agent-1/key.pem").stat().st_mode & 0o077 == 0
+
+
+def test_a_place_agent_has_an_identity_of_its_own(tmp_path):
+    text = MISSION.format(form="places", radio="").replace(
+        'form = "places"', 'form = "places"\nremote = [1001]'
+    )
+    mission = write(tmp_path, f'speed = 6.0\nheadless = true\n{text}[security]\nkeys = "keys"\n')
+    made = subprocess.run(
+        [sys.executable, "-m", "uavbridge", "keys", "new", tmp_path / "keys", "--mission", mission],
+        capture_output=True, text=True, timeout=60, check=True,
+    )  # fmt: skip
+    assert "place-1001" in made.stdout
+    out = tmp_path / "out"
+    with running(tmp_path, "launch", mission, "--duration", 20, "--out", out) as launcher:
+        router = router_of(launcher)
+        place = ("agent", mission, "--place", 1001, "--router", router, "--keys")
+        with running(tmp_path, *place, tmp_path / "keys/agent-1") as wrong:
+            assert wrong.process.wait(30) == 2
+            assert "agent-1's, not place-1001's" in wrong.text
+        with running(tmp_path, *place, tmp_path / "keys/place-1001"):
+            for agent in (1, 2, 3):
+                launcher.says(f"agent {agent}: landed", within_s=60.0)
+            launcher.process.wait(30)
+    assert "refused" not in launcher.text
+    answered = {m.topic for m in Recording(out / "agents" / "1").messages()}
+    assert "answer/1" in answered
+    assert "layer/pheromone-path" in {m.topic for m in Recording(out).messages()}

@@ -7,6 +7,7 @@ lets an identity write its own keys alone:
 | identity | writes | hears |
 | --- | --- | --- |
 | ``agent-N`` | ``air/*/*/N``, ``safety/*/*/N``, ``place/air/*/*/N``, ``state/N/**``, ``pace/N``, ``layer/*/N`` | frames, beacons, its readings and orders, ``world/`` but for the mission's targets |
+| ``place-N`` | ``place/air/*/*/N``, ``place/net/*``, ``layer/*`` | ``place/``, reports, ``world/truth``, ``world/run`` |
 | ``launcher`` | everything | everything |
 | ``operator`` | ``cmd/**`` | everything |
 | ``monitor`` | nothing | everything |
@@ -14,6 +15,7 @@ lets an identity write its own keys alone:
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +30,8 @@ LAUNCHER, OPERATOR, MONITOR, ROUTER = "launcher", "operator", "monitor", "router
 AUTHORITY, CERTIFICATE, PRIVATE_KEY = "ca.pem", "cert.pem", "key.pem"
 ACCESS = "access.json"  # in the router's folder: whom it serves
 
+_PART = re.compile(rf"{LAUNCHER}|{OPERATOR}|{MONITOR}|{ROUTER}|(agent|place)-\d+")
+
 _WRITE = ["put", "delete", "declare_queryable", "reply", "liveliness_token"]
 _HEAR = ["declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber"]
 
@@ -37,11 +41,17 @@ def agent_name(agent: int) -> str:
     return f"agent-{agent}"
 
 
+def place_name(place: int) -> str:
+    """The identity of a place agent."""
+    return f"place-{place}"
+
+
 class Access(msgspec.Struct, frozen=True):
     """Whom a router serves."""
 
     mission: str
     agents: list[int]
+    places: list[int] = []
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +68,12 @@ class Identity:
         for name in (AUTHORITY, CERTIFICATE, PRIVATE_KEY):
             if not (self.folder / name).is_file():
                 raise ConfigError(f"{self.folder / name}: no such file (uavbridge keys new)")
+
+    @property
+    def whose(self) -> str | None:
+        """The part that it was made for, by the folder's name; None: the folder was renamed."""
+        name = self.folder.resolve().name
+        return name if _PART.fullmatch(name) else None
 
     def connects(self) -> dict[str, Any]:
         """Zenoh's TLS settings of a client."""
@@ -101,7 +117,7 @@ class _Role:
     hears: tuple[str, ...]
 
 
-def _roles(agents: Iterable[int]) -> list[_Role]:
+def _roles(agents: Iterable[int], places: Iterable[int]) -> list[_Role]:
     everything = ("**",)
     return [
         _Role(LAUNCHER, everything, everything),
@@ -136,13 +152,22 @@ def _roles(agents: Iterable[int]) -> list[_Role]:
             )
             for agent in agents
         ),
+        *(
+            _Role(
+                place_name(place),
+                # neighbours are told under their own keys
+                (keys.place(("*", "*"), place), keys.place_net("*"), keys.layer("*")),
+                ("place/**", keys.state("*"), keys.TRUTH, keys.RUN),
+            )
+            for place in places
+        ),
     ]
 
 
 def access_control(access: Access) -> dict[str, Any]:
     """Zenoh's ``access_control``: what is not allowed is refused."""
     prefix = keys.prefix(access.mission)
-    roles = _roles(access.agents)
+    roles = _roles(access.agents, access.places)
     rules: list[dict[str, Any]] = [
         _rule("deliver", "egress", [*_WRITE, *_HEAR], ["**"]),
         _rule("missions", "ingress", _HEAR, [keys.ALL_ALIVE]),

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from uavbridge.bus.security import LAUNCHER, Identity, agent_name, place_name
 from uavbridge.cli.command import KEYS, ROUTER, identity_of
 from uavbridge.errors import ConfigError
 
@@ -65,6 +67,8 @@ def agent(
             raise ConfigError(f"--id: {number} is not in the team ({team[0]} to {team[-1]})")
     if len(set(ids)) < len(ids):
         raise ConfigError("--id: the same agent twice")
+    identity = identity_of(keys)
+    _own_identity(identity, [agent_name(number) for number in ids], "--id")
     if len(connect) > len(ids):
         raise ConfigError(f"--connect: {len(connect)} vehicles for {len(ids)} agents")
     if out is not None:
@@ -84,7 +88,7 @@ def agent(
             router=router,
             endpoints=dict(zip(ids, connect, strict=False)),
             folder=out,
-            identity=identity_of(keys),
+            identity=identity,
             wait_s=wait,
             stop=stop,
             tell=lambda text: click.echo(text),
@@ -92,6 +96,16 @@ def agent(
     for failure in failures:
         click.echo(failure, err=True)
     ctx.exit(1 if failures else 0)
+
+
+def _own_identity(identity: Identity | None, names: Sequence[str], option: str) -> None:
+    """Credentials are one part's: nobody gets far with those of another."""
+    if identity is None or identity.whose == LAUNCHER:
+        return
+    if len(names) > 1:
+        raise ConfigError(f"{option}: one in each process where --keys says who it is")
+    if identity.whose not in (None, names[0]):
+        raise ConfigError(f"--keys: {identity.folder} is {identity.whose}'s, not {names[0]}'s")
 
 
 def _keep(
@@ -117,13 +131,15 @@ def _keep(
     for number in places:
         if number not in known:
             raise ConfigError(f"--place: there is no {number} ({min(known)} to {max(known)})")
+    identity = identity_of(keys)
+    _own_identity(identity, [place_name(number) for number in sorted(set(places))], "--place")
     with interrupts("the place agents end") as stop:
         keep_alone(
             mission,
             sorted(set(places)),
             router=router,
             store=store,
-            identity=identity_of(keys),
+            identity=identity,
             wait_s=wait,
             stop=stop,
             tell=click.echo,
@@ -171,12 +187,16 @@ def new(folder: Path, mission: str | None, hosts: tuple[str, ...], days: float) 
     Each machine gets the sub-folders of those who live there, and no others.
     """
     from uavbridge import config
+    from uavbridge.config.pheromones import tiles
 
     loaded = config.load(mission)
+    table = loaded.stigmergy()
+    places = () if table is None or table.form != "places" else tuple(tiles(loaded, table))
     try:
         from uavbridge.keys import make
     except ModuleNotFoundError:
         raise ConfigError("keys: install the extra: pip install 'uavbridge[keys]'") from None
 
-    made = make(folder, loaded.name, loaded.scenario().team, hosts=hosts, days=days)
+    team = loaded.scenario().team
+    made = make(folder, loaded.name, team, places=places, hosts=hosts, days=days)
     click.echo(f"{len(made)} identities in {folder}: {', '.join(path.name for path in made)}")

@@ -8,7 +8,7 @@ from uavbridge.bus.matching import intersects
 from uavbridge.bus.refusals import Refusal, RefusalLog
 from uavbridge.bus.security import Access, access_control
 
-ACL = access_control(Access("swarm", [1, 2, 3]))
+ACL = access_control(Access("swarm", [1, 2, 3], [1001, 1002]))
 WRITING, HEARING = "put", "declare_subscriber"
 
 
@@ -52,6 +52,30 @@ def test_agents_hear_neither_the_targets_nor_orders_and_readings_of_others():
     assert may("agent-1", HEARING, "uavbridge/swarm/air/0/0/2")
     for key in ("world/mission", "obs/2", "cmd/2", "state/2/map"):
         assert not may("agent-1", HEARING, f"uavbridge/swarm/{key}")
+
+
+def test_a_place_agent_answers_for_itself_and_tells_its_neighbours():
+    for key, allowed in (
+        ("place/air/0/0/1001", True),
+        ("place/air/0/0/1002", False),
+        ("place/air/0/0/1", False),
+        ("place/net/1002", True),
+        ("layer/pheromone-path", True),
+        ("layer/grey/1", False),
+        ("air/0/0/1001", False),
+        ("cmd/1", False),
+        ("state/1", False),
+    ):
+        assert may("place-1001", WRITING, f"uavbridge/swarm/{key}") is allowed
+    for key, allowed in (
+        ("place/air/0/0/1", True),
+        ("state/1", True),
+        ("world/truth", True),
+        ("world/mission", False),
+        ("cmd/all", False),
+        ("obs/1", False),
+    ):
+        assert may("place-1001", HEARING, f"uavbridge/swarm/{key}") is allowed
 
 
 def test_nobody_writes_into_another_mission():
