@@ -1,6 +1,7 @@
 """Missions over a bad radio: repeatable, recorded as heard, accounted, and worth flying."""
 
 import json
+from collections import Counter, defaultdict
 
 import pytest
 
@@ -76,7 +77,7 @@ def test_every_frame_is_accounted_for(flown):
 
 def test_the_recording_holds_the_fate_of_each_frame(flown):
     folder, result = flown
-    heard = dict.fromkeys(range(1, 5), 0)
+    fates, sent_bytes = defaultdict(Counter), Counter()
     late = 0
     frames = {}
     for message in Recording(folder).messages():
@@ -84,15 +85,19 @@ def test_the_recording_holds_the_fate_of_each_frame(flown):
         if space == "air":
             frame = decode(message.data)
             frames[frame.sender, frame.tick] = frame
+            sent_bytes[frame.sender] += len(message.data)
             assert len(message.data) <= 140
         elif space == "heard":
             for row in unpack_heard(message.data):
-                if OUTCOMES[row["outcome"]] == "delivered":
-                    heard[int(name)] += 1
+                fate = OUTCOMES[row["outcome"]]
+                fates[int(name)][fate] += 1
+                if fate == "delivered":
                     sent = frames[int(row["sender"]), int(row["tick"])]
                     late = max(late, message.t_us - sent.t_us)
                     assert (int(row["sender"]), int(name)) != (1, 2)
-    assert heard == {agent.id: agent.frames_heard for agent in result.agents}
+    for agent in result.agents:
+        assert fates[agent.id] == {"delivered": agent.frames_heard, **agent.dropped}
+        assert sent_bytes[agent.id] == agent.bytes_sent
     assert late > 1_500_000
 
 

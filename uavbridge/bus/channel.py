@@ -149,8 +149,8 @@ class Channel(ABC, Generic[M]):
         """When it left its sender's radio."""
         return message.t_us
 
-    def send(self, message: M) -> int:
-        """Send a message of a local agent; returns its bytes.
+    def send(self, message: M) -> bytes:
+        """Send a message of a local agent; what went out, nothing if there was no bandwidth.
 
         Raises:
             ValueError: it does not fit the wire format.
@@ -162,12 +162,12 @@ class Channel(ABC, Generic[M]):
             left_us = self._queues[message.sender].leaves(len(data), message.t_us)
             if left_us is None:
                 traffic.drop(Verdict.QUEUE.reason, 1, len(data))
-                return len(data)
+                return b""
             data = self._encode(self._waited(message, (left_us - message.t_us) / SECOND_US))
         self._bus.publish(self._key(self._tiling.tile_of(message.position), message.sender), data)
         traffic.send(len(data))
         self._note(message, traffic)
-        return len(data)
+        return data
 
     def share(self, other: Channel[Any]) -> None:
         """Have one set of accounts, and one bandwidth, with another radio of the same agents."""

@@ -8,6 +8,7 @@ import numpy as np
 from rich.text import Text
 
 from uavbridge.clock import to_s
+from uavbridge.config.radio import radio_of
 from uavbridge.monitor import timeline
 from uavbridge.monitor.choice import HELP, Choice
 from uavbridge.monitor.replayed import Player
@@ -65,9 +66,18 @@ def _scores(watch: MissionWatch) -> list[Text]:
             f"closest {number(watch.separation.closest, 'm')}   radio {count(last.frames_sent)} "
             f"frames {data_size(last.bytes_sent)} sent, {data_size(last.bytes_heard)} heard"
         ),
+        *(
+            [Text(f"radio emulated: {radio}", style="yellow")]
+            if (radio := _emulated(watch))
+            else []
+        ),
         Text(unheard(watch.dropped(), watch.rejected())),
         *([Text(clocks)] if (clocks := watch.clocks()) else []),
     ]
+
+
+def _emulated(watch: MissionWatch) -> str:
+    return "" if watch.facts is None else radio_of(watch.facts).words()
 
 
 def _searched(watch: MissionWatch, last: Point) -> str:

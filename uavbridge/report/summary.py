@@ -145,7 +145,7 @@ def summary_text(result: MissionResult) -> str:
         _row("agents", _states(result)),
         _row("flown", f"{flown / 1000:.1f} km"),
         _row("radio", _radio(result)),
-        *([_row("emulated", plain(result.radio))] if result.radio else ()),
+        *(_wide("emulated", result.radio) if result.radio else ()),
         *_lost(result),
         *(_listing("notes", _wrapped(result.notes)) if result.notes else ()),
         *_listing("failures", [plain(text) for text in result.failures]),
@@ -195,6 +195,12 @@ def _target_rows(result: MissionResult) -> list[str]:
     return rows
 
 
+def _wide(name: str, text: str) -> list[str]:
+    """A row of as many lines as it takes."""
+    lines = _wrapped([text])
+    return [_row(name if place == 0 else "", line) for place, line in enumerate(lines)]
+
+
 def _wrapped(texts: Iterable[str]) -> list[str]:
     """The texts in lines that fit beside the names."""
     room = _WIDTH - len(_row("", ""))
@@ -233,7 +239,7 @@ def _lost(result: MissionResult) -> list[str]:
     for name, counts in (("not heard", dropped), ("rejected", rejected)):
         if counts:
             told = ", ".join(f"{count(n)} {plain(why)}" for why, n in counts.most_common())
-            rows.append(_row(name, told))
+            rows += _wide(name, told)
     return rows
 
 

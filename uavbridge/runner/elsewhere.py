@@ -20,6 +20,7 @@ from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.clock import SECOND_US, LedClock, PacedClock, pause, to_us, wall_date
 from uavbridge.config import Mission, parse, to_toml
 from uavbridge.config.connect import with_endpoints
+from uavbridge.config.radio import radio_of
 from uavbridge.errors import ConfigError, UavbridgeError
 from uavbridge.mavlink.urls import open_link, parse_url
 from uavbridge.recording.parts import begun
@@ -95,6 +96,8 @@ def fly_elsewhere(
         bus = stack.enter_context(ZenohBus(router, mission.name, wait_s=wait_s, identity=identity))
         here = Pace(bus, agents)
         tell(f"agents {_listed(agents)}: router {router}, waiting for the mission to begin")
+        if emulated := radio_of(mission).words():
+            tell(f"radio emulated: {emulated}")
         told = wait_for(bus, lambda _: True, wait_s=wait_s)
         _compare(mission, told)
         before = _before(mission, folder)
@@ -226,7 +229,7 @@ def _fly(aboard: _Aboard, following: Following, here: Pace, stop: Callable[[], b
     host, ended_us = aboard.host, None
     first_us = _now_us(aboard.paced, aboard.reached) // CONTROL_US * CONTROL_US
     ticks = Ticks(aboard.clock, aboard.paced, first_us)
-    while ended_us is None or ticks.t_us <= ended_us + SECOND_US:  # the last report goes out
+    while ended_us is None or ticks.t_us <= ended_us:
         t_us = ticks.wait()
         if stop():
             host.call_home()
@@ -235,7 +238,8 @@ def _fly(aboard: _Aboard, following: Following, here: Pace, stop: Callable[[], b
         host.step(t_us, late_s=ticks.late_s)
         here.tell(t_us)
         if host.ended and ended_us is None:
-            ended_us = t_us
+            # with a last report, which tells all that they have heard and recorded
+            ended_us = (t_us // SECOND_US + 1) * SECOND_US
         ticks.done()
     here.tell(-1)  # nobody need wait for these agents any more
 

@@ -31,6 +31,7 @@ from uavbridge.bus.wire import Vector, sender_and_tick
 from uavbridge.bus.wire import encode as encode_frame
 from uavbridge.clock import SECOND_US, to_s
 from uavbridge.place.service import Service
+from uavbridge.radio import Verdict
 from uavbridge.recording.decisions import decision_record
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import (
@@ -46,6 +47,7 @@ from uavbridge.vehicle.api import SetVelocity, Vehicle, VehicleState
 
 SETPOINT_RECORD_US = 500_000  # all of them are in the .tlog; these show what the filter left
 MAP_US = 10 * SECOND_US  # between two whole maps for people
+_ORDER = "order"
 NEIGHBOUR_S = 3.0  # heard within this time counts as a neighbour, for people
 
 _log = logging.getLogger(__name__)
@@ -220,9 +222,11 @@ class AgentHost:
                 self._recorder.record(f"setpoint/{agent}", t_us, record)
         elif isinstance(effect, Publish):
             frame = self._service.outgoing(effect.frame) if self._service else effect.frame
-            self._air.send(frame)
-            if self._recorder:
-                self._recorder.write(f"air/{agent}", t_us, encode_frame(frame))
+            sent = self._air.send(frame)
+            if sent and self._recorder:
+                self._recorder.write(f"air/{agent}", t_us, sent)
+            elif not sent and self._heard:
+                self._heard.note(agent, encode_frame(frame), False, Verdict.QUEUE.reason)
         elif isinstance(effect, Shine):
             self._beacons.send(effect.beacon)
         elif isinstance(effect, Decided):
@@ -297,11 +301,19 @@ class AgentHost:
             bytes_heard=radio.bytes_heard,
             dropped=dict(sorted(radio.dropped.items())),
             dropped_bytes=dict(sorted(radio.dropped_bytes.items())),
-            rejected=dict(sorted(self._air.rejects.items())),
+            rejected=self._rejected(),
             beacon_bytes=beacon.bytes_sent + beacon.bytes_heard,
             failure=agent.flight.failure,
             clocks=self.clocks,
         )
+
+    def _rejected(self) -> dict[str, int]:
+        """What reached this process and could not be, by reason: frames, then the rest."""
+        counts = dict(self._air.rejects)
+        counts |= {f"beacon {why}": n for why, n in self._beacons.rejects.items()}
+        for why, number in self.rejects.items():
+            counts[why if why == _ORDER else f"reading {why}"] = number
+        return dict(sorted(counts.items()))
 
 
 def _orders(messages: list[bytes], rejects: Counter[str]) -> tuple[Order, ...]:
@@ -310,7 +322,7 @@ def _orders(messages: list[bytes], rejects: Counter[str]) -> tuple[Order, ...]:
         try:
             orders.append(decode_order(data))
         except ValueError as fault:
-            rejects["order"] += 1
+            rejects[_ORDER] += 1
             _log.debug("malformed order dropped: %s: %r", fault, data[:80])
     return tuple(orders)
 

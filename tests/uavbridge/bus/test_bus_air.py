@@ -213,7 +213,7 @@ class TestAccounts(LocalSessions):
         told: list[tuple[int, bytes, bool, str]] = []
         air = Air(self.session(), Radio(400.0), [1, 2, 3], log=lambda *heard: told.append(heard))
         message = frame(1, STILL)
-        size = air.send(message)
+        size = len(air.send(message))
         assert size == len(encode(message)) == 60 + len(b"from 1")
         air.receive({1: STILL, 2: (300.0, 0, 0), 3: (500.0, 0, 0)}, 0)
         one, two, three = (air.traffic[i] for i in (1, 2, 3))
@@ -384,7 +384,7 @@ class TestRadio(LocalSessions):
             [1, 2, 3, 4],
             log=lambda i, _, __, reason: told.append((i, reason)),
         )
-        size = air.send(frame(1, STILL, 0, 0)) + air.send(frame(1, STILL, 1000, 1))
+        size = len(air.send(frame(1, STILL, 0, 0)) + air.send(frame(1, STILL, 1000, 1)))
         air.receive({1: STILL, 2: STILL, 3: STILL, 4: (500.0, 0.0, 0.0)}, 2000)
         assert air.traffic[2].dropped_bytes == {"loss": size}
         assert air.traffic[4].dropped_bytes == {"out of range": size}

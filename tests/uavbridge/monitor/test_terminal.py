@@ -76,7 +76,13 @@ def test_eighty_by_twenty_four_shows_everything_of_ten_agents():
     assert text.count("to cell 4,5") == 10
     assert "()" in text  # the declared cell
     assert "██" in text  # a cell that surely holds a target
-    assert text.splitlines()[4].rstrip().endswith("██│")  # north-east corner of the map
+    assert text.splitlines()[5].rstrip().endswith("██│")  # north-east corner of the map
+
+
+def test_an_emulated_radio_is_told():
+    watch = watched()
+    plain = "\n".join(line.plain for line in picture(watch, Choice(), 80, 24))
+    assert "radio emulated: range 400 m" in plain
 
 
 def test_who_hears_whom_is_told():
@@ -86,8 +92,8 @@ def test_who_hears_whom_is_told():
         frame = Frame(DELTA, agent, 2, 6 * SECOND, at, (0.0, 0.0, 0.0))
         watch.apply(Sample(keys.air((0, 0), agent), encode_frame(frame)))
     wide = [line.plain for line in picture(watch, Choice(), 200, 40)]
-    assert "heard by" in wide[4]
-    assert [line[40:62].split() for line in wide[5:8]] == [["2", "2", "3"], ["0"], ["2", "1", "2"]]
+    assert "heard by" in wide[5]
+    assert [line[40:62].split() for line in wide[6:9]] == [["2", "2", "3"], ["0"], ["2", "1", "2"]]
     *_, detail, links, _ = picture(watch, Choice(chosen=2), 80, 24)
     assert "agent 2: to cell 4,5" in detail.plain
     assert links.plain.startswith("hears 1 3, heard by -; sent 0 B")

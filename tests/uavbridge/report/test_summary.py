@@ -100,6 +100,16 @@ def test_quantities() -> None:
     assert plain("a\x1b[31mb\nc") == "a [31mb c"
 
 
+def test_what_is_emulated_and_what_became_of_it_are_told_whole(flown: MissionResult) -> None:
+    radio = "range 1000 m, loss 0.05, bursts of 4 ticks (0.181 lost in all), delay 0.2 s, 100 B/s"
+    agent = replace(flown.agents[0], dropped=dict.fromkeys(map(str, range(10**6, 10**6 + 20)), 7))
+    text = summary_text(replace(flown, radio=radio, agents=(agent,)))
+    whole = " ".join(text.split())
+    assert radio in whole
+    assert "7 1000019" in whole
+    assert max(map(len, text.split("\n"))) <= 80
+
+
 def test_notes_are_told_whole(flown: MissionResult) -> None:
     note = "recorded from the bus: what each radio delivered and the decisions are not in it"
     text = summary_text(replace(flown, notes=(note,)))

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from planners.types import F64, I64
 from uavbridge.agent.report import AgentReport, Clocks
 from uavbridge.clock import SECOND_US, to_s
+from uavbridge.config.radio import radio_of
 from uavbridge.monitor.maps import Maps
 from uavbridge.monitor.source import Source
 from uavbridge.monitor.told import terrain_of
@@ -141,6 +142,7 @@ class Feed:
             prior=facts.belief.prior,
             range_m=radio_m if isfinite(radio_m) else None,
             range_known=True,
+            radio=radio_of(facts).words(),
             separation_m=facts.safety.separation_m if facts.safety.separation else None,
             coverage_goal=facts.coverage_goal,
             targets=[target.position for target in facts.targets],

@@ -30,6 +30,7 @@ class Mission(Struct, frozen=True, tag="mission", tag_field="kind"):
     prior: float = 0.5
     range_m: float | None = None  # of the radio; None: unlimited, or not known
     range_known: bool = False
+    radio: str = ""  # what is emulated of it
     separation_m: float | None = None
     coverage_goal: float | None = None
     targets: list[tuple[float, float]] | None = None  # the true ones; None: nobody told

@@ -141,6 +141,7 @@ function header() {
   $("#name").textContent = mission.name;
   document.title = `${mission.name} – uavbridge`;
   const about = [mission.planner, mission.seed === null ? "" : `seed ${mission.seed}`, mission.clock];
+  if (mission.radio) about.push(`radio emulated (${mission.radio})`);
   $("#about").textContent = [...about, `${state.vehicles.size} vehicles`].filter(Boolean).join(", ");
   const limit = document.createElement("small");
   limit.textContent = mission.duration_s === null ? "" : ` of ${clockText(mission.duration_s)}`;
