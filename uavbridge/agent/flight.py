@@ -53,6 +53,7 @@ SLOWEST = 0.7  # share of the speed limit below which a plane that we know nothi
 SLOWEST_CLIMB_M_S = 0.5  # of a vehicle that takes off
 EARLY_S = 5.0  # called home so soon, a vehicle that is not there yet has not failed
 STRANGE_MODE_S = 0.3  # a mode we did not ask for, for so long: somebody has the vehicle
+EMPTY = 0.01  # share of a battery's charge
 STALL_S = 0.5  # a step so late may have cost us the vehicle: then it is ours to take back
 STALL_MEMORY_S = 10.0
 WARNING = 4  # MAV_SEVERITY; texts less severe stay with the vehicle
@@ -76,6 +77,7 @@ class Flight:
         self._since_us = NEVER_US  # begin of the phase
         self._asked_us = NEVER_US  # newest command, repeated after plan.retry_s
         self._strange_us: int | None = None
+        self._stopped_us: int | None = None  # disarmed since then, though it was to go on
         self._stalled_us = NEVER_US
         self._orders = Obeying(plan.agent)
         self._last: Vector | None = None
@@ -197,12 +199,23 @@ class Flight:
                 self._come_down(state, t_us)
             else:
                 self._watch_mode(state, t_us)
+        elif self.phase in FOLLOWING and self._stopped(state, t_us):
+            self._fail_disarmed(state, t_us)
         elif self.phase in FOLLOWING and state.link_ok and not state.has_position:
             self.failure = "vehicle lost its position: it lands"
             self._tell(self.failure, failure=True)
             self._enter(Phase.LAND, t_us)
         elif self.phase is not Phase.YIELDED:
             self._watch_mode(state, t_us)
+
+    def _stopped(self, state: VehicleState, t_us: int) -> bool:
+        """Its motors stopped on the way, for so long."""
+        if state.armed or not state.link_ok:
+            self._stopped_us = None
+            return False
+        if self._stopped_us is None:
+            self._stopped_us = t_us
+        return to_s(t_us - self._stopped_us) > STRANGE_MODE_S
 
     def _come_down(self, state: VehicleState, t_us: int) -> None:
         """It does not take off, or follows no setpoints there."""
@@ -374,7 +387,9 @@ class Flight:
 
     def _leave_alone(self, state: VehicleState, t_us: int) -> None:
         """The vehicle is not ours, but for what an order says."""
-        if not state.armed and not state.in_air:
+        if not state.armed and state.battery < EMPTY:
+            self._fail_disarmed(state, t_us)
+        elif not state.armed and not state.in_air:
             self._enter(Phase.DONE, t_us)
         elif self._orders.handing:
             self._orders.handing = state.mode is not Mode.HOLD
@@ -458,6 +473,10 @@ class Flight:
         self.failure = why
         self._tell(why, failure=True)
         self._enter(Phase.FAILED, t_us)
+
+    def _fail_disarmed(self, state: VehicleState, t_us: int) -> None:
+        charge = ", its battery is empty" if state.battery < EMPTY else ""
+        self._fail(f"vehicle disarmed in phase {self.phase.value}{charge}", t_us)
 
     def _odometer(self, state: VehicleState) -> None:
         here = _vector(state)

@@ -66,6 +66,10 @@ class PointVehicle:
         """A pilot takes the sticks."""
         self._state = replace(self._state, mode=mode, mode_text=mode.value)
 
+    def stop_motors(self, battery):
+        """By no order of ours."""
+        self._state = replace(self._state, armed=False, battery=battery)
+
     def advance(self, t_us):
         dt = to_s(t_us - self._t_us)
         self._t_us = t_us

@@ -96,6 +96,26 @@ class Run:
         return self
 
 
+@pytest.mark.parametrize(("battery", "why"), [(0.0, ", its battery is empty"), (0.6, "")])
+def test_a_vehicle_that_disarms_in_the_search_has_failed(battery, why):
+    run = Run(plan_of(FlyTo(GoTo(np.array([500.0, 500.0, 40.0])))))
+    run.until(Phase.SEARCH)
+    run.vehicle.stop_motors(battery)
+    run.until(Phase.FAILED, 2)
+    assert run.told[-1].failure
+    assert run.agent.flight.failure == f"vehicle disarmed in phase search{why}"
+
+
+def test_a_vehicle_that_somebody_has_falls_with_an_empty_battery():
+    run = Run(plan_of(FlyTo(GoTo(np.array([500.0, 500.0, 40.0])))))
+    run.until(Phase.SEARCH)
+    run.vehicle.set_mode(Mode.HOLD)
+    run.until(Phase.YIELDED, 2)
+    run.vehicle.stop_motors(0.0)
+    run.until(Phase.FAILED, 2)
+    assert run.agent.flight.failure == "vehicle disarmed in phase yielded, its battery is empty"
+
+
 def test_a_mission_from_the_ground_to_the_ground():
     planner = FlyTo(GoTo(np.array([500.0, 500.0, 40.0])))
     run = Run(plan_of(planner))
