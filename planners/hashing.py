@@ -15,7 +15,7 @@ U64: TypeAlias = npt.NDArray[np.uint64]
 _STEP, _FIRST, _SECOND = (
     np.uint64(number) for number in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB)
 )
-
+_27, _30, _31 = np.uint64(27), np.uint64(30), np.uint64(31)
 
 _ALL = (1 << 64) - 1
 
@@ -30,7 +30,11 @@ def mixed_one(value: int) -> int:
 
 def mixed(value: npt.ArrayLike) -> U64:
     """A hash (n, ...) of whole numbers (n, ...); at least one axis."""
-    x = np.atleast_1d(np.asarray(value)).astype(np.uint64) + _STEP
-    x = (x ^ (x >> np.uint64(30))) * _FIRST
-    x = (x ^ (x >> np.uint64(27))) * _SECOND
-    return np.asarray(x ^ (x >> np.uint64(31)))
+    x: U64 = np.array(value, np.uint64, ndmin=1)  # a copy, changed in place
+    x += _STEP
+    x ^= x >> _30
+    x *= _FIRST
+    x ^= x >> _27
+    x *= _SECOND
+    x ^= x >> _31
+    return x

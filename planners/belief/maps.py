@@ -92,5 +92,5 @@ def blank(grid: Grid, prior: npt.ArrayLike) -> BeliefMap:
 
 def stored(value: npt.ArrayLike) -> F64:
     """Probabilities (...) as a map holds them."""
-    single = np.clip(np.asarray(value, dtype=np.float64), FLOOR, 1.0 - FLOOR).astype(np.float32)
-    return single.astype(np.float64)
+    held = np.minimum(np.maximum(np.asarray(value, dtype=np.float64), FLOOR), 1.0 - FLOOR)
+    return np.asarray(held.astype(np.float32).astype(np.float64))

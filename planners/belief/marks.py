@@ -24,7 +24,8 @@ def record_marks(rule: MergeRule, records: Records) -> Marks:
     for name in rule.compared:
         field = np.ascontiguousarray(records[name])
         bits = field.view(f"u{field.itemsize}")  # a probability by its bits
-        total = mixed(total ^ bits.astype(np.uint64))
+        total ^= bits  # of fewer bits, or as many
+        total = mixed(total)
     return total
 
 

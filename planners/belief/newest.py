@@ -172,6 +172,7 @@ def _best_of_each_cell(records: Records) -> Records:
         (records["probability"], records["origin"], records["stamp_us"], records["cell"])
     )
     ordered = records[order]
-    last = np.append(ordered["cell"][1:] != ordered["cell"][:-1], True)
+    cells, last = ordered["cell"], np.ones(len(ordered), np.bool_)
+    np.not_equal(cells[1:], cells[:-1], out=last[:-1])
     best: Records = ordered[last]
     return best

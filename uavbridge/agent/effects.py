@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from msgspec import Struct
+
 from planners.types import F64, Goal, Reading, Signal
 from planners.types import Answer as Told
 from uavbridge.agent.orders import Ack, Order
@@ -16,8 +18,7 @@ from uavbridge.bus.wire import Beacon, Frame
 from uavbridge.vehicle.api import Command, VehicleEvent, VehicleState
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Inputs:
+class Inputs(Struct, frozen=True, eq=False):
     """All that reached an agent since its last step."""
 
     t_us: int
@@ -33,22 +34,19 @@ class Inputs:
     late_s: float = 0.0  # how much later than ``t_us`` this step is really made
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Do:
+class Do(Struct, frozen=True, eq=False):
     """Give the vehicle a command or a setpoint."""
 
     command: Command
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Publish:
+class Publish(Struct, frozen=True, eq=False):
     """Send a frame over the emulated radio."""
 
     frame: Frame
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Shine:
+class Shine(Struct, frozen=True, eq=False):
     """Send the separation beacon."""
 
     beacon: Beacon

@@ -407,20 +407,20 @@ class Flight:
         if leg.after is not None:
             self._arrive(leg.after, t_us)
         near_ground = self.phase in (Phase.CLIMB, Phase.DESCEND, Phase.LAND)
-        circles = self._envelope().slowest_m_s > 0.0
-        safe = (winged.constrain if circles else constrain)(
+        envelope = self._envelope()
+        safe = (winged.constrain if envelope.slowest_m_s > 0.0 else constrain)(
             leg.velocity,
             position,
             (vx, vy, vz),
             traffic,
-            self._envelope(),
+            envelope,
             keep_band=not near_ground,
         )
         self.limited_by = safe.limited_by
         self._effects.append(Do(SetVelocity(np.array(safe.velocity))))
 
     def _envelope(self) -> Envelope:
-        searches = self.phase in (Phase.SEARCH, Phase.PAUSE)
+        searches = self.phase is Phase.SEARCH or self.phase is Phase.PAUSE
         return self.plan.envelope if searches else self._way
 
     def _learn_kind(self, state: VehicleState) -> None:

@@ -11,7 +11,7 @@ from uavbridge.place.trailer import own
 from uavbridge.safety.filter import Traffic
 
 FORGET_RADIO_S = 30.0
-FORGET_BEACON_S = 3.0
+FORGET_BEACON_US = to_us(3.0)
 
 
 class Hearing:
@@ -56,12 +56,18 @@ class Hearing:
 
     def traffic(self, t_us: int) -> list[Traffic]:
         """The others where they should be now: beacons carried forward, ascending id."""
-        oldest = t_us - to_us(FORGET_BEACON_S)
-        return [_carried(b, t_us) for b in self._beacons.values() if b.t_us >= oldest]
-
-
-def _carried(beacon: Beacon, t_us: int) -> Traffic:
-    age_s = to_s(t_us - beacon.t_us)
-    x, y, z = beacon.position
-    vx, vy, vz = beacon.velocity
-    return Traffic(beacon.sender, (x + vx * age_s, y + vy * age_s, z + vz * age_s), beacon.velocity)
+        oldest = t_us - FORGET_BEACON_US
+        carried, gone = [], False
+        for beacon in self._beacons.values():
+            sent_us = beacon.t_us
+            if sent_us < oldest:
+                gone = True
+                continue
+            age_s = to_s(t_us - sent_us)
+            x, y, z = beacon.position
+            velocity = vx, vy, vz = beacon.velocity
+            now = (x + vx * age_s, y + vy * age_s, z + vz * age_s)
+            carried.append(Traffic(beacon.sender, now, velocity))
+        if gone:  # else every tick looks at all who were ever met
+            self._beacons = {i: b for i, b in self._beacons.items() if b.t_us >= oldest}
+        return carried

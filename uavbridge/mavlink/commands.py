@@ -89,6 +89,7 @@ class Commands:
         self.system, self.component = system, component
         self._patience = patience or Patience()
         self._lines: dict[int, deque[_Sent]] = {}
+        self._waiting = 0  # commands in all lines
         self._rests: dict[int, int] = {}
         self._tickets = 0
         self._verdicts: list[Verdict] = []
@@ -98,6 +99,7 @@ class Commands:
         self._tickets += 1
         sent = _Sent(self._tickets, order, Exchange(self._patience, t_us))
         self._lines.setdefault(order.command, deque()).append(sent)
+        self._waiting += 1
         return self._tickets
 
     def drop(self, ticket: int, t_us: int) -> None:
@@ -108,6 +110,7 @@ class Commands:
                     if sent.exchange.tries:
                         self._rests[command] = t_us + _REST_US
                     line.remove(sent)
+                    self._waiting -= 1
                     return
 
     def hear(self, ack: Any, t_us: int) -> None:
@@ -128,6 +131,7 @@ class Commands:
     def _finish(self, sent: _Sent, t_us: int) -> None:
         command = sent.order.command
         self._lines[command].popleft()
+        self._waiting -= 1
         if command in _DOUBLY_ANSWERED or sent.exchange.tries > 1:
             self._rests[command] = t_us + _REST_US
         state = sent.exchange.state
@@ -174,4 +178,4 @@ class Commands:
     @property
     def idle(self) -> bool:
         """Nothing is on its way."""
-        return not self._verdicts and not any(self._lines.values())
+        return not self._waiting and not self._verdicts

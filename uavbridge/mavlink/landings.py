@@ -108,7 +108,7 @@ class Landings:
     @property
     def idle(self) -> bool:
         """Nothing is on its way, and nothing to tell."""
-        return not (self.busy or self._verdicts or self._send)
+        return self._stage is None and not self._verdicts and not self._send
 
     def provide(self, t_us: int) -> int:
         """See to it that the autopilot has a landing; ``take`` tells of the returned ticket."""

@@ -35,12 +35,12 @@ def setpoint_of(command: SetVelocity | SetPosition, frame: LocalFrame | None) ->
     mask = _NO_ACCELERATION | _NO_YAW_RATE
     if isinstance(command, SetVelocity):
         mask |= _NO_POSITION
-        x, y, z = (float(value) for value in command.velocity)
+        x, y, z = command.velocity.tolist()
         n, e, d = (y, x, -z) if frame is None else frame.velocity_to_local(x, y, z)
         fields = {"vx": n, "vy": e, "vz": d}
     else:
         mask |= _NO_VELOCITY
-        x, y, z = (float(value) for value in command.position)
+        x, y, z = command.position.tolist()
         if frame is None:
             logger.debug("dropped a position: the vehicle's local frame is not known yet")
             return None

@@ -25,7 +25,7 @@ from uavbridge.agent.report import AgentReport, Clocks, encode
 from uavbridge.agent.telling import whole_frame
 from uavbridge.bus import keys
 from uavbridge.bus.air import Air, SafetyBeacons
-from uavbridge.bus.api import Bus, Mailbox
+from uavbridge.bus.api import Bus, Mailbox, Sample
 from uavbridge.bus.messages import FullMap, encode_map
 from uavbridge.bus.wire import Vector, sender_and_tick
 from uavbridge.bus.wire import encode as encode_frame
@@ -42,7 +42,7 @@ from uavbridge.recording.topics import (
 )
 from uavbridge.recording.topics import encode as encode_record
 from uavbridge.report.result import Event
-from uavbridge.runner.sensing import observed
+from uavbridge.runner.sensing import NOTHING, observed
 from uavbridge.vehicle.api import SetVelocity, Vehicle, VehicleState
 
 SETPOINT_RECORD_US = 500_000  # all of them are in the .tlog; these show what the filter left
@@ -69,11 +69,13 @@ class HeardNotes:
 
     def __init__(self) -> None:
         self._rows: defaultdict[int, list[tuple[int, int, str]]] = defaultdict(list)
+        self._data, self._frame = b"", (0, 0)  # the newest frame: most are noted many times over
 
     def note(self, receiver: int, data: bytes, delivered: bool, reason: str) -> None:
         """One frame at one receiver; the signature that ``Air`` logs with."""
-        sender, tick = sender_and_tick(data)
-        self._rows[receiver].append((sender, tick, "delivered" if delivered else reason))
+        if data is not self._data:
+            self._data, self._frame = data, sender_and_tick(data)
+        self._rows[receiver].append((*self._frame, "delivered" if delivered else reason))
 
     def take(self) -> list[tuple[int, bytes]]:
         """(receiver, packed rows) since the last call, ascending receivers."""
@@ -167,12 +169,13 @@ class AgentHost:
             for receiver, rows in self._heard.take():
                 self._recorder.write(f"heard/{receiver}", t_us, rows)
         beacons = self._beacons.receive(where, t_us)
-        to_all = _orders([sample.data for sample in self._everybody.drain()], self.rejects)
+        to_all = _orders(self._everybody.drain(), self.rejects)
         if self._homewards:
             to_all += (Order(Verb.RETURN),)
         for seat, state, happened in zip(self.seats, states, events, strict=True):
             agent = seat.agent.plan.agent
-            seen = observed(seat.obs.drain(), self.rejects)
+            looks = seat.obs.drain()
+            seen = observed(looks, self.rejects) if looks else NOTHING
             if self._recorder:
                 seen.write(self._recorder, agent, t_us)
             inputs = Inputs(
@@ -181,11 +184,11 @@ class AgentHost:
                 events=happened,
                 frames=tuple(frames.get(agent, ())),
                 beacons=tuple(beacons.get(agent, ())),
-                readings=tuple(seen.readings),
-                signals=tuple(seen.signals),
+                readings=seen.readings,
+                signals=seen.signals,
                 obstacles=tuple(one for _, one in seen.obstacles),
                 answers=self._answered(agent, t_us, answers.get(agent, [])),
-                orders=to_all + _orders([sample.data for sample in seat.cmd.drain()], self.rejects),
+                orders=to_all + _orders(seat.cmd.drain(), self.rejects),
                 late_s=late_s,
             )
             before = seat.agent.phase
@@ -316,9 +319,11 @@ class AgentHost:
         return dict(sorted(counts.items()))
 
 
-def _orders(messages: list[bytes], rejects: Counter[str]) -> tuple[Order, ...]:
+def _orders(samples: list[Sample], rejects: Counter[str]) -> tuple[Order, ...]:
+    if not samples:
+        return ()
     orders = []
-    for data in messages:
+    for _, data in samples:
         try:
             orders.append(decode_order(data))
         except ValueError as fault:

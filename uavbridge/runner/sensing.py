@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from planners.types import Reading, Signal
 from uavbridge.bus.api import Sample
@@ -19,13 +19,13 @@ from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import ObstacleRecord, ReadingRecord, SignalRecord
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Observed:
     """What one agent's sensors said since the last control tick."""
 
-    readings: list[Reading] = field(default_factory=list)
-    signals: list[Signal] = field(default_factory=list)
-    obstacles: list[tuple[int, Obstacle]] = field(default_factory=list)  # with the time of the look
+    readings: tuple[Reading, ...] = ()
+    signals: tuple[Signal, ...] = ()
+    obstacles: tuple[tuple[int, Obstacle], ...] = ()  # with the time of the look
 
     def write(self, recorder: Recorder, agent: int, t_us: int) -> None:
         """Record all of it; ``t_us`` is when the agent had it."""
@@ -39,21 +39,26 @@ class Observed:
             recorder.record(f"obstacle/{agent}", t_us, ObstacleRecord(*obstacle, taken_us))
 
 
+NOTHING = Observed()
+
+
 def observed(samples: Iterable[Sample], rejects: Counter[str]) -> Observed:
     """What samples say; those that make no sense are counted."""
-    found = Observed()
+    readings: list[Reading] = []
+    signals: list[Signal] = []
+    obstacles: list[tuple[int, Obstacle]] = []
     for _, data in samples:
         kind = kind_of(data)
         if kind == Kind.SIGNALS:
             heard = decode_signals(data, rejects)
             if heard is not None:
-                found.signals += [Signal(heard.t_us, *one) for one in heard.heard]
+                signals += [Signal(heard.t_us, *one) for one in heard.heard]
         elif kind == Kind.OBSTACLES:
             around = decode_obstacles(data, rejects)
             if around is not None:
-                found.obstacles += [(around.t_us, one) for one in around.seen]
+                obstacles += [(around.t_us, one) for one in around.seen]
         else:
             seen = decode_readings(data, rejects)
             if seen is not None:
-                found.readings += [Reading(seen.t_us, (c, r), yes) for c, r, yes in seen.looks]
-    return found
+                readings += [Reading(seen.t_us, (c, r), yes) for c, r, yes in seen.looks]
+    return Observed(tuple(readings), tuple(signals), tuple(obstacles))

@@ -14,7 +14,6 @@ Plain floats: the sets are tiny, and numpy would cost ten times as much.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import hypot, sqrt
 from typing import NamedTuple, TypeAlias
 
@@ -41,8 +40,7 @@ class Traffic(NamedTuple):
     velocity: Vector
 
 
-@dataclass(frozen=True, slots=True)
-class Filtered:
+class Filtered(NamedTuple):
     """A safe velocity and what bent it."""
 
     velocity: Vector
@@ -149,6 +147,9 @@ def _over_ground(
 def _fence(position: Vector, velocity: Vector, e: Envelope) -> list[HalfSpace]:
     x, y, _ = position
     vx, vy, _ = velocity
+    far = _stop_m(e.speed_m_s, e) + e.braking.latency_s * max(abs(vx), abs(vy)) + DRIFT_M
+    if e.west_m + far < x < e.east_m - far and e.south_m + far < y < e.north_m - far:
+        return []
     walls = (
         (1.0, 0.0, 0.0, e.east_m - DRIFT_M - x, vx),
         (-1.0, 0.0, 0.0, x - e.west_m - DRIFT_M, -vx),
@@ -180,13 +181,17 @@ def _band(z: float, vz: float, e: Envelope, keep_band: bool) -> list[HalfSpace]:
 
 def _near(walls: Iterable[Wall], top_m_s: float, e: Envelope) -> list[HalfSpace]:
     """Rules for the walls that matter: from the others any allowed speed can be stopped in time."""
-    braking = e.braking
-    stop_m = top_m_s * top_m_s / (2 * braking.brake_m_s2)
+    braking, stop_m = e.braking, _stop_m(top_m_s, e)
     return [
         HalfSpace(x, y, z, braking.approach_speed(room_m, closing_m_s))
         for x, y, z, room_m, closing_m_s in walls
         if room_m - max(closing_m_s, 0.0) * braking.latency_s < stop_m
     ]
+
+
+def _stop_m(speed_m_s: float, e: Envelope) -> float:
+    """Way to a stop from a speed, without what is flown before braking begins."""
+    return speed_m_s * speed_m_s / (2 * e.braking.brake_m_s2)
 
 
 def _separation(

@@ -7,11 +7,12 @@ lets time pass and tells what happened.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import Final, Literal, Protocol, TypeAlias
 
 import numpy as np
+from msgspec import Struct, field
 
 from planners.types import F64
 
@@ -32,8 +33,7 @@ class Mode(Enum):
     LAND = "land"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class VehicleState:
+class VehicleState(Struct, frozen=True, eq=False):
     """Newest knowledge of one vehicle."""
 
     t_us: int = 0  # mission time at which the newest position arrived
@@ -115,16 +115,14 @@ class RestoreNet:
     """Put the autopilot's own safety net back as it was before ``SetNet``."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SetVelocity:
+class SetVelocity(Struct, frozen=True, eq=False):
     """Setpoint: velocity (3,) ENU m/s, yaw kept where None."""
 
     velocity: F64
     yaw_rad: float | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SetPosition:
+class SetPosition(Struct, frozen=True, eq=False):
     """Setpoint: position (3,) ENU m in the mission frame."""
 
     position: F64

@@ -1,8 +1,7 @@
 """A vehicle at our own seam: a point with a lagging velocity, no MAVLink. For tests."""
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 
 from uavbridge.clock import to_s
 from uavbridge.vehicle.api import (

@@ -450,7 +450,7 @@ def test_the_phase_table_is_closed_and_ends():
         reached |= front
         front = {after for phase in front for after in NEXT[phase]} - reached
     assert reached == set(Phase)
-    assert all(Phase.FAILED in NEXT[phase] for phase in set(Phase) - ENDED)
+    assert all(Phase.FAILED in NEXT[phase] for phase in set(Phase).difference(ENDED))
 
 
 def test_the_odometer_counts_flight():
