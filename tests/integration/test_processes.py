@@ -144,6 +144,14 @@ def test_agents_fly_in_child_processes(tmp_path, mission):
     out = tmp_path / "out"
     with running(tmp_path, "launch", mission, "--duration", 25, "--out", out) as launcher:
         family = list(searching(launcher).values())
+        with running(
+            tmp_path, "agent", mission, "--id", 2, "--router", router_of(launcher)
+        ) as other:
+            assert other.process.wait(30) == 1
+            assert "agent 2: another process flies it already" in other.text
+        launcher.process.send_signal(signal.SIGSTOP)  # the others go on without it
+        time.sleep(3.0)
+        launcher.process.send_signal(signal.SIGCONT)
         launcher.process.wait(60)
         summary = json.loads((out / "summary.json").read_text())
         assert [agent["state"] for agent in summary["agents"]] == ["landed", "landed"]
@@ -195,6 +203,27 @@ def test_a_frozen_agent_is_told_of_and_the_other_flies_on(tmp_path, mission):
         assert launcher.process.wait(60) == 1
         assert "agent 2: its process died at" in launcher.text.split("failures")[-1]
         wait_for(lambda: gone(children.values()))
+
+
+def test_a_frozen_agent_wakes_up_when_another_process_has_its_vehicle(tmp_path, mission):
+    out = tmp_path / "out"
+    with running(tmp_path, "launch", mission, "--out", out) as launcher:
+        frozen = searching(launcher)["--id=2"]
+        frozen.suspend()
+        launcher.says("agent 2: its process died", within_s=2.5)
+        with running(
+            tmp_path, "agent", out / "mission.toml", "--id", 2,
+            "--router", router_of(launcher), "--out", out / "agents" / "2",
+        ) as heir:  # fmt: skip
+            heir.says("agent 2: search")
+            frozen.resume()
+            launcher.says("and another one flies it by now")
+            heir.says("agent 2: landed")
+            assert heir.process.wait(30) == 0
+        launcher.process.wait(60)
+    summary = json.loads((out / "summary.json").read_text())
+    assert [agent["state"] for agent in summary["agents"]] == ["landed", "landed"]
+    assert not [text for text in summary["failures"] if "agent" in text]
 
 
 def test_agents_come_home_without_their_launcher(tmp_path, mission):

@@ -148,6 +148,7 @@ def _roles(agents: Iterable[int], places: Iterable[int]) -> list[_Role]:
                     keys.TRUTH,
                     keys.BRIEFING,
                     keys.RUN,
+                    keys.state_cells(agent),  # whether anybody else answers for it
                 ),
             )
             for agent in agents

@@ -142,11 +142,11 @@ class Crew:
     def _deaths(self, t_us: int) -> list[Event]:
         """Who died, or came back, by the tokens that end with a process."""
         events: list[Event] = []
-        for sample in self._tokens.drain():
-            agent = keys.agent_of(sample.key)
+        newest = {keys.agent_of(sample.key): sample.data for sample in self._tokens.drain()}
+        for agent, lives in newest.items():  # one that was away for less than a tick is there
             if agent not in self.agents or self._listener.phases.get(agent) in ENDED_PHASES:
                 continue
-            if not sample.data:
+            if not lives:
                 self.dead[agent] = t_us
                 events.append(Event(to_s(t_us), DIED, agent, PROCESS))
             elif self.dead.pop(agent, None) is not None:

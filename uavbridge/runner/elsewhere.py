@@ -40,7 +40,8 @@ from uavbridge.runner.outcome import versions
 from uavbridge.runner.pace import Pace
 from uavbridge.runner.simulation import Reached
 from uavbridge.runner.stand_down import stand_down
-from uavbridge.runner.ticks import CONTROL_US, Ticks
+from uavbridge.runner.succession import give_way, refuse_twins
+from uavbridge.runner.ticks import CONTROL_US, LEAP_S, Ticks
 from uavbridge.vehicle.api import Vehicle
 
 # Of a machine, not of the mission: these may differ from the launcher's.
@@ -88,7 +89,7 @@ def fly_elsewhere(
         What went wrong, a line each.
 
     Raises:
-        BusError: no router, or no launcher, within ``wait_s``.
+        BusError: no router, or no launcher, within ``wait_s``; another process has the agents.
         ConfigError: the launcher flies another mission, or has not these agents.
         LinkError: a port is in use.
     """
@@ -99,6 +100,7 @@ def fly_elsewhere(
         if emulated := radio_of(mission).words():
             tell(f"radio emulated: {emulated}")
         told = wait_for(bus, lambda _: True, wait_s=wait_s)
+        refuse_twins(bus, mission.name, agents)
         _compare(mission, told)
         before = _before(mission, folder)
         mission = with_endpoints(mission, endpoints)
@@ -117,7 +119,7 @@ def fly_elsewhere(
         agreed = agree(bus)
         tell(_told(agreed))
         following = stack.enter_context(Following(bus, aboard.paced, agreed))
-        _fly(aboard, following, here, stop)
+        _fly(aboard, bus, following, here, stop)
         stand_down({agent: aboard.vehicles[agent] for agent in attached}, aboard.paced, tell)
         return tuple(
             f"agent {seat.agent.plan.agent}: {seat.agent.flight.failure}"
@@ -224,13 +226,17 @@ def _now_us(paced: PacedClock, reached: Reached) -> int:
     return max(simulated_us or paced.now_us(), 0)
 
 
-def _fly(aboard: _Aboard, following: Following, here: Pace, stop: Callable[[], bool]) -> None:
+def _fly(
+    aboard: _Aboard, bus: ZenohBus, following: Following, here: Pace, stop: Callable[[], bool]
+) -> None:
     """Control ticks until the agents have landed, or given up."""
     host, ended_us = aboard.host, None
     first_us = _now_us(aboard.paced, aboard.reached) // CONTROL_US * CONTROL_US
     ticks = Ticks(aboard.clock, aboard.paced, first_us)
     while ended_us is None or ticks.t_us <= ended_us:
         t_us = ticks.wait()
+        if ticks.late_s > LEAP_S:
+            give_way(bus, [seat.agent.plan.agent for seat in host.seats], ticks.late_s)
         if stop():
             host.call_home()
         following.step()

@@ -28,7 +28,7 @@ from uavbridge.bus import keys
 from uavbridge.bus.api import Bus
 from uavbridge.bus.api import Sample as Heard
 from uavbridge.bus.layers import Layer, decode_layer
-from uavbridge.bus.messages import decode_truth
+from uavbridge.bus.messages import Truth, decode_truth
 from uavbridge.bus.screening import FUTURE_S, Screening
 from uavbridge.bus.wire import Frame
 from uavbridge.bus.wire import decode as decode_frame
@@ -42,7 +42,7 @@ from uavbridge.report.alliances import PLANNER as ROSTERED
 from uavbridge.report.alliances import Rosters
 from uavbridge.runner import assemble
 from uavbridge.runner.gaps import Gaps
-from uavbridge.runner.separation import Floor, SeparationWatch
+from uavbridge.runner.separation import AIRBORNE_M, Floor, SeparationWatch
 from uavbridge.thinned import keep
 
 OVERTIME_S = 600.0  # for the way home after the time limit
@@ -131,6 +131,7 @@ class Judge:
         self._layers = bus.subscribe("layer/**")
         self.layers: dict[str, Layer] = {}  # newest of each name
         self._simulated = False
+        self._newest_truth: Truth | None = None
         self._began_us = 0
         self._over_us: int | None = None  # when all were called home
         self._silence_s = assemble.patience(mission, SILENCE_S)
@@ -177,6 +178,7 @@ class Judge:
         for sample in self._truth.drain():
             truth = decode_truth(sample.data, self.rejects)
             if truth is not None:
+                self._newest_truth = truth
                 self._simulated = set(truth.ids) == set(self._team)
                 if self._simulated:
                     ground_m = self._floor.under(truth.ids, truth.position)
@@ -355,7 +357,20 @@ class Judge:
             return to_s(t_us - self._began_us) > patience_s
         if report.phase == _YIELDED and self._over_us is not None:
             return to_s(t_us - self._over_us) > YIELDED_S
-        return report.phase in _ENDED or to_s(t_us - report.t_us) > self._silence_s
+        if report.phase in _ENDED:
+            return True
+        return to_s(t_us - report.t_us) > self._silence_s and not self._flies(agent, t_us)
+
+    def _flies(self, agent: int, t_us: int) -> bool:
+        """Whether a simulated vehicle is in the air, as one whose agent died on its way home."""
+        truth = self._newest_truth
+        if truth is None or agent not in truth.ids or agent in self._floor.driving:
+            return False
+        if to_s(t_us - truth.t_us) > self._silence_s:
+            return False
+        row = truth.ids.index(agent)
+        ground_m = np.broadcast_to(self._floor.under(truth.ids, truth.position), len(truth.ids))
+        return bool(truth.position[row, 2] > ground_m[row] + AIRBORNE_M)
 
     def _separation_by_reports(self, t_us: int) -> None:
         flying = [r.position for r in self._placed() if r.in_air or r.agent in self._floor.driving]

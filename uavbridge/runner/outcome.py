@@ -19,6 +19,7 @@ from uavbridge.report.result import AgentResult, Event, MissionResult, Series, T
 from uavbridge.runner.judge import Found, Judge
 from uavbridge.runner.ticks import Punctuality
 
+DEAD = "dead"  # state of an agent whose process died and did not come back
 PACKAGES = ("uavbridge", "numpy", "pymavlink", "eclipse-zenoh", "mcap")
 
 
@@ -135,7 +136,7 @@ def _agents(judge: Judge) -> tuple[AgentResult, ...]:
         results.append(
             AgentResult(
                 agent,
-                report.phase,
+                DEAD if agent in judge.dead else report.phase,
                 report.distance_m,
                 report.frames_sent,
                 report.frames_heard,

@@ -34,7 +34,7 @@ from uavbridge.bus.api import Bus
 from uavbridge.bus.messages import decode_truth
 from uavbridge.bus.security import LAUNCHER
 from uavbridge.bus.zenoh_bus import ZenohBus
-from uavbridge.clock import SECOND_US, PacedClock
+from uavbridge.clock import SECOND_US, PacedClock, wall_s
 from uavbridge.config import Mission
 from uavbridge.errors import UavbridgeError
 from uavbridge.runner import assemble
@@ -46,6 +46,7 @@ from uavbridge.runner.world import SimulatedWorld, world_of
 START_IN_S = 0.1  # from the word to mission start
 READY = "ready"
 GOODBYE = b"end\n"
+PATIENCE_S = 1.0  # wall time without a word of a parent that stands still, after which it goes on
 IDLE_US = 10 * SECOND_US  # without a parent it ends when no vehicle was armed for so long
 
 
@@ -229,6 +230,7 @@ async def _serve(
 ) -> None:
     loop, stop = asyncio.get_running_loop(), asyncio.Event()
     allowed_us: float = 0
+    told_s = wall_s()
     orphan: _Orphan | None = None
 
     def lose_parent(goodbye: bool) -> None:
@@ -239,12 +241,17 @@ async def _serve(
             allowed_us, orphan = inf, _Orphan(fleet)
 
     def follow_parent() -> None:
-        nonlocal allowed_us
+        nonlocal allowed_us, told_s
         line = b""
         for line in sys.stdin.buffer:
             if line != GOODBYE:
-                allowed_us = int(line)
+                allowed_us, told_s = int(line), wall_s()
         loop.call_soon_threadsafe(lose_parent, line == GOODBYE)
+
+    def allowed() -> float:
+        """Agents of other processes must not lack their vehicles because the launcher is frozen."""
+        frozen = setup.lingers and wall_s() - told_s > PATIENCE_S
+        return inf if frozen else allowed_us
 
     def look(_fleet: Fleet, t_us: int) -> None:
         if t_us % CONTROL_US == 0:
@@ -265,7 +272,7 @@ async def _serve(
         speed=setup.mission.speed,
         epoch_ns=epoch_ns,
         slips=True,
-        allowed_us=lambda: allowed_us,
+        allowed_us=allowed,
         on_step=look,
         stop=stop,
     )

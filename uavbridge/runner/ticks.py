@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from uavbridge.clock import SECOND_US, Clock, PacedClock, to_s
+from uavbridge.clock import SECOND_US, Clock, PacedClock, to_s, to_us
 
 CONTROL_US = 100_000  # between two steps of the agents
+LEAP_S = 3.0  # so much too late the process stood still: what it missed is not made up for
 LATE_TICKS = 5  # so many ticks late, the next ones but those on a full second are left out
 
 
@@ -37,7 +38,7 @@ class Ticks:
 
     Attributes:
         t_us: of the next tick, or of the one that runs.
-        late_s: of the one that runs, by ``clock``.
+        late_s: of the one that runs, by ``clock``; after standing still, for how long.
     """
 
     def __init__(self, clock: Clock, paced: PacedClock, first_us: int = 0) -> None:
@@ -56,6 +57,7 @@ class Ticks:
         """Wait for the next tick; its mission time."""
         self._clock.wait_until(self.t_us)
         self.late_s = to_s(self._clock.now_us() - self.t_us)
+        self._leap()
         behind_us = self._paced.now_us() - self.t_us
         self._worst_us = max(self._worst_us, behind_us)
         self._ticks += 1
@@ -70,3 +72,18 @@ class Ticks:
             self._ticks += 1
             self._late += 1
             self._left_out += 1
+
+    def _leap(self) -> None:
+        """After standing still, go on with the full second that it is.
+
+        What came meanwhile is heard in one tick: spread over the seconds that were missed, it would
+        look as if everybody had been silent for most of them.
+        """
+        behind_us = self._clock.now_us() - self.t_us
+        if behind_us <= to_us(LEAP_S):
+            return
+        missed = (self._clock.now_us() // SECOND_US * SECOND_US - self.t_us) // CONTROL_US
+        self.t_us += missed * CONTROL_US
+        self._ticks += missed
+        self._late += missed
+        self._left_out += missed

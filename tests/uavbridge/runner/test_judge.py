@@ -126,6 +126,17 @@ def test_it_ends_when_all_have_landed_or_are_silent():
     assert stage.judge.failures() == ("agent 2: last heard in phase search",)
 
 
+def test_it_waits_for_the_vehicle_of_a_dead_agent_to_be_down():
+    stage = Stage()
+    stage.report(1, SECOND, phase="landed")
+    stage.report(2, SECOND)
+    for second, height_m in ((1, 30.0), (12, 30.0), (40, 30.0), (41, 0.1)):
+        places = np.array([[0.0, 0.0, 0.0], [500.0, 0.0, height_m]])
+        stage.bus.publish(keys.TRUTH, encode_truth(Truth(second * SECOND, (1, 2), places)))
+        stage.second(second)
+        assert stage.judge.ended(second * SECOND) == (height_m < 0.5)
+
+
 def test_a_failed_agent_is_named_with_its_reason():
     stage = Stage()
     stage.report(1, SECOND, phase="failed", failure="refused to arm: no GPS")

@@ -54,6 +54,20 @@ def test_far_behind_only_full_seconds_come():
     assert kept.ticks == came[-1] + 1
 
 
+def test_after_standing_still_it_goes_on_with_the_second_that_it_is():
+    clock = Hand()
+    ticks = Ticks(clock, clock)
+    ticks.wait()
+    clock.us += 15_234_000
+    ticks.done()
+    assert ticks.wait() == 15_000_000
+    assert ticks.late_s > 14.0
+    assert (ticks.kept.ticks, ticks.kept.left_out) == (151, 149)
+    ticks.done()
+    assert ticks.wait() == 15_100_000
+    assert ticks.late_s < 0.2
+
+
 def test_late_by_real_time_though_the_mission_s_own_clock_waits_for_a_simulation():
     paced = Hand()
     ticks = Ticks(SteppedClock(), paced)
