@@ -31,6 +31,7 @@ PERIOD_S = 0.02
 START_TICKS = 50  # the receiver listens longer, as the sender starts after it
 TICK_US = 500_000
 RANGE_M = 400.0
+HEARD = (1 << SENDERS) - 1
 STILL = (0.0, 0.0, 0.0)
 CELLS = bytes(10 * 25)
 LIMIT = 2.0  # CPU of the bus to that of raw zenoh, one agent a process
@@ -48,7 +49,7 @@ def place(sender: int) -> Vector:
 
 def frame(sender: int, tick: int) -> Frame:
     return Frame(
-        DELTA, sender, tick, tick * TICK_US + 1000 * sender, place(sender), STILL, b"", 1, CELLS
+        DELTA, sender, tick, tick * TICK_US, place(sender), STILL, b"", 1, CELLS, heard=HEARD
     )
 
 

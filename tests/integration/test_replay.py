@@ -195,25 +195,29 @@ def test_what_is_no_recording_is_one_line_and_status_2(tmp_path, command):
     assert str(path) in done.output
 
 
-OLD = Path(__file__).parent / "recorded_by_wire_format_1.mcap"
-
-
-def test_a_recording_of_an_older_version_opens(tmp_path):
-    digest = "21191ecbb2d09f78ef21b31357d432d65ddf10f7bb33fa467d01bae503704f0e"
-    assert Recording(OLD).digest() == digest  # as was printed then
-    result = recorded_result(OLD)
-    assert result.coverage == pytest.approx(9 / 16)
-    assert result.seen.mean() == pytest.approx(9 / 16)
+@pytest.mark.parametrize(
+    ("version", "digest", "coverage", "told"),
+    [
+        (1, "21191ecbb2d09f78ef21b31357d432d65ddf10f7bb33fa467d01bae503704f0e", 9 / 16, [125, 125]),
+        (2, "2be7397ab93ce6a697472c944710f9d2737e1ef885fa236168204be9180e4f4f", 8 / 16, [102, 112]),
+    ],
+)
+def test_a_recording_of_an_older_version_opens(version, digest, coverage, told):
+    old = Path(__file__).parent / f"recorded_by_wire_format_{version}.mcap"
+    assert Recording(old).digest() == digest  # as was printed then
+    result = recorded_result(old)
+    assert result.coverage == pytest.approx(coverage)
+    assert result.seen.mean() == pytest.approx(coverage)
     assert result.found == 1
-    assert [agent.frames_heard + agent.frames_sent for agent in result.agents] == [125, 125]
-    done = CliRunner().invoke(main, ["replay", str(OLD), "--verify"])
+    assert [agent.frames_heard + agent.frames_sent for agent in result.agents] == told
+    done = CliRunner().invoke(main, ["replay", str(old), "--verify"])
     assert done.output == "35 decisions taken again, none differs\n"
     hub = LocalHub()
     watch = MissionWatch(hub.bus())
-    play(OLD, hub.bus(), SteppedClock())
+    play(old, hub.bus(), SteppedClock())
     watch.poll()
     assert watch.rejects == {}
-    assert watch.merged()[1].mean() == pytest.approx(9 / 16)
+    assert watch.merged()[1].mean() == pytest.approx(coverage)
 
 
 def test_a_mission_that_is_not_understood_is_said_with_who_wrote_it(tmp_path):

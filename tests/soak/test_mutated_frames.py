@@ -57,7 +57,7 @@ def test_they_change_nothing_and_are_not_kept():
     heard, sizes = 0, []
     for batch in range(FRAMES // BATCH):
         for data in mutants(originals, rng, BATCH):
-            bus.publish(f"air/0/0/{data[12] if len(data) > 12 else 0}", data)
+            bus.publish(f"air/0/0/{data[6] if len(data) > 6 else 0}", data)
         frames = air.receive(places, 60 * SECOND)[1]
         heard += len(frames)
         mind.merge(frames)

@@ -10,13 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from planners.belief.marks import record_marks
 from planners.belief.merge import BeliefMap, Records
 from planners.types import I64, Reading
 from uavbridge.agent.catching_up import CatchingUp
 from uavbridge.agent.obstacles import Sighted
 from uavbridge.agent.outbox import Outbox
 from uavbridge.agent.plan import AgentPlan
-from uavbridge.bus.wire import Frame, Probe
+from uavbridge.agent.relaying import UNKNOWN, Relaying, Sources
+from uavbridge.bus.wire import Frame, Probe, heard_size
 
 
 class Told(NamedTuple):
@@ -25,6 +27,7 @@ class Told(NamedTuple):
     cells: bytes  # records of the merge rule
     whole: bool  # of every cell known
     root: int
+    heard: int  # whose frames of one tick before were heard
     probes: tuple[Probe, ...]
 
 
@@ -40,6 +43,7 @@ class Mapping:
         self.unreadable = 0  # frames of another merge rule, records that make no sense
         self._outbox = Outbox(plan.rule)
         self._catching_up = CatchingUp(plan.agent, plan.rule, self._grid.size, self._outbox)
+        self._relaying = Relaying(plan.agent, plan.scenario.team)
 
     def observe(self, reading: Reading) -> None:
         """A look of the own sensor."""
@@ -65,14 +69,17 @@ class Mapping:
         if len(heard):
             before = self.belief
             self.belief, changed = rule.merge(before, heard)
-            self._learn(before, changed, own=False)
+            self._learn(before, changed, own=False, frames=frames)
             self._outbox.heard(heard)
             self._declare(changed.tolist(), max(frame.t_us for frame in frames))
         ours = [frame for frame in frames if frame.rule == rule.code]
+        self._relaying.heard(ours)
         self.unreadable += self._catching_up.heard(ours)
 
-    def _learn(self, before: BeliefMap, cells: I64, *, own: bool) -> None:
-        """Cells (m,) changed: others are to be told what is new in them."""
+    def _learn(
+        self, before: BeliefMap, cells: I64, *, own: bool, frames: Sequence[Frame] = ()
+    ) -> None:
+        """Cells (m,) changed, by what frames told: others are to be told what is new in them."""
         if not len(cells):
             return
         rule = self._plan.rule
@@ -81,8 +88,25 @@ class Mapping:
         new = records[[record not in old for record in _each(records)]]
         at = new["cell"]
         now, then = self.belief.probability.reshape(-1)[at], before.probability.reshape(-1)[at]
-        self._outbox.changed(new, np.abs(now - then), own=own)
+        self._outbox.changed(new, np.abs(now - then), own=own, sources=self._sources(new, frames))
         self._catching_up.learned(self.belief, cells)
+
+    def _sources(self, new: Records, frames: Sequence[Frame]) -> list[Sources]:
+        """Whose frames told each of some records (k,); of several ticks the last counts."""
+        rule, size = self._plan.rule, self._plan.rule.record.itemsize
+        marks = record_marks(rule, new).tolist()
+        found = dict.fromkeys(marks, UNKNOWN)
+        for frame in frames:
+            if frame.rule == rule.code and frame.cells and len(frame.cells) % size == 0:
+                tick, agents = self._relaying.source(frame)
+                told = record_marks(rule, np.frombuffer(frame.cells, rule.record))
+                for mark in found.keys() & set(told.tolist()):
+                    before = found[mark]
+                    if tick > before.tick:
+                        found[mark] = Sources(tick, agents)
+                    elif tick == before.tick:
+                        found[mark] = Sources(tick, agents | before.agents)
+        return [found[mark] for mark in marks]
 
     def _sound(self, frames: Sequence[Frame]) -> Records:
         """The records of frames that make sense, in their order; the rest is counted."""
@@ -129,14 +153,16 @@ class Mapping:
             whole: tell all that is known, as far as there is room; the rest goes later.
         """
         record = self._plan.rule.record.itemsize
+        heard = self._relaying.tell(tick)
+        room -= heard_size(heard)
         # a probe may fill a small frame, but not every one
         probes = self._catching_up.probes(tick, room if tick % 2 else room - record)
         room -= sum(probe.size for probe in probes)
         if whole:
             self._outbox.asked_for(np.flatnonzero(self.belief.seen.reshape(-1)))
-        cells = self._outbox.take(self.belief, room)
+        cells = self._outbox.take(self.belief, room, self._relaying.needed)
         rest = self._outbox.waiting or self._outbox.asked
-        return Told(cells, whole and not rest, self._catching_up.root, probes)
+        return Told(cells, whole and not rest, self._catching_up.root, heard, probes)
 
 
 def _each(records: Records) -> Iterable[bytes]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from itertools import islice
+from collections.abc import Callable, Sequence
+from itertools import islice, repeat
 from math import isinf
 from typing import NamedTuple, TypeAlias
 
@@ -12,6 +13,7 @@ import numpy.typing as npt
 
 from planners.belief.merge import BeliefMap, MergeRule, Records
 from planners.types import F64
+from uavbridge.agent.relaying import UNKNOWN, Sources, always
 
 SHARE = 0.25  # of the records that go: those that wait longest, and those that were asked for
 COPIES = 3  # what so many others told is not passed on
@@ -24,6 +26,7 @@ class _Waiting(NamedTuple):
     own: bool  # an own observation; else it was heard and is passed on
     change: float  # of the cell's probability since it was last told of
     place: int  # in the order of coming
+    sources: Sources = UNKNOWN  # who told it
     copies: int = 0  # heard of it since
 
 
@@ -33,7 +36,8 @@ class Outbox:
     When not everything fits: first own observations, then what was heard from others, and of
     both first the cells whose probability changed most. A quarter of the records are those
     that wait longest, and a quarter is for what was asked for: nothing waits for ever. What
-    several others told already is not passed on: who did not hear them asks.
+    several others told already is not passed on: who did not hear them asks. Nor is what all in
+    reach heard themselves (``Relaying``).
 
     Args:
         rule: whose records they are.
@@ -43,7 +47,8 @@ class Outbox:
         self._rule = rule
         self._waiting: dict[Item, _Waiting] = {}
         self._asked: dict[int, int] = {}  # flat cell -> how many of its records have gone
-        self._come = 0
+        self._held: dict[Item, _Waiting] = {}  # heard, and it seems that nobody in reach needs it
+        self._come = self._come_before = 0  # by now, by the last frame
         self._patience = self._answers = 0.0  # parts of a record that are due from before
 
     @property
@@ -56,18 +61,33 @@ class Outbox:
         """Cells that others asked for and were not told of yet."""
         return len(self._asked)
 
-    def changed(self, records: Records, change: F64, *, own: bool) -> None:
-        """Records (k,) that are new here, with the change (k,) of their cells' probability."""
+    def changed(
+        self,
+        records: Records,
+        change: F64,
+        *,
+        own: bool,
+        sources: Sequence[Sources] | None = None,
+    ) -> None:
+        """Records (k,) that are new here.
+
+        Args:
+            records: as they are now.
+            change: (k,) of their cells' probability.
+            own: observed here, not heard.
+            sources: of each, who told it.
+        """
         items = records[list(self._rule.item)].tolist()
         octets, size = records.tobytes(), records.itemsize
-        for i, (item, moved) in enumerate(zip(items, change.tolist(), strict=True)):
+        whence = repeat(UNKNOWN, len(items)) if sources is None else sources
+        for i, (item, moved, who) in enumerate(zip(items, change.tolist(), whence, strict=True)):
             record, before = octets[i * size : (i + 1) * size], self._waiting.get(item)
             if before is None:
-                self._waiting[item] = _Waiting(record, own, moved, self._come)
+                self._waiting[item] = _Waiting(record, own, moved, self._come, who)
                 self._come += 1
             else:
-                most = max(moved, before.change)
-                self._waiting[item] = _Waiting(record, own or before.own, most, before.place)
+                most, mine = max(moved, before.change), own or before.own
+                self._waiting[item] = _Waiting(record, mine, most, before.place, who)
 
     def asked_for(self, cells: npt.ArrayLike) -> None:
         """Somebody lacks what is known of flat cells (m,)."""
@@ -91,8 +111,18 @@ class Outbox:
             else:
                 self._waiting[item] = mine._replace(copies=mine.copies + 1)
 
-    def take(self, belief: BeliefMap, room: float) -> bytes:
-        """Records for the next frame, at most ``room`` bytes of them, ascending cells."""
+    def take(
+        self, belief: BeliefMap, room: float, needed: Callable[[Sources], bool] = always
+    ) -> bytes:
+        """Records for the next frame, at most ``room`` bytes of them, ascending cells.
+
+        Args:
+            belief: the map.
+            room: bytes.
+            needed: whether what was heard so is news to somebody in reach. What came since the
+                last frame, and does not seem to be, is asked about again at the next.
+        """
+        self._hold(needed)
         most = sys.maxsize if isinf(room) else int(room) // self._rule.record.itemsize
         if not self._asked and len(self._waiting) <= most:
             told = self._changes(most)
@@ -103,6 +133,22 @@ class Outbox:
         records = np.frombuffer(b"".join(dict.fromkeys(told)), self._rule.record)
         ordered: Records = records[np.argsort(records["cell"], kind="stable")]
         return ordered.tobytes()
+
+    def _hold(self, needed: Callable[[Sources], bool]) -> None:
+        held, self._held = self._held, {}
+        fresh = [
+            item
+            for item, waiting in self._waiting.items()
+            if not waiting.own
+            and waiting.place >= self._come_before
+            and not needed(waiting.sources)
+        ]
+        for item in fresh:
+            self._held[item] = self._waiting.pop(item)
+        for item, waiting in held.items():
+            if item not in self._held and needed(waiting.sources):
+                self._waiting.setdefault(item, waiting)  # what came since is newer
+        self._come_before = self._come
 
     def _some(self, belief: BeliefMap, most: int) -> list[bytes]:
         told: list[bytes] = []

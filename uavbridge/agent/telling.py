@@ -9,7 +9,7 @@ import numpy as np
 from planners.belief.maps import BeliefMap
 from uavbridge.agent.mapping import Mapping
 from uavbridge.agent.plan import AgentPlan
-from uavbridge.bus.wire import CELLS_LIMIT, DELTA, HEAD_BYTES, KEYFRAME, Frame, Vector, encode
+from uavbridge.bus.wire import CELLS_LIMIT, DELTA, KEYFRAME, Frame, Vector, encode, head_bytes
 from uavbridge.clock import to_us
 
 _log = logging.getLogger(__name__)
@@ -28,6 +28,7 @@ class Telling:
     def __init__(self, plan: AgentPlan, mapping: Mapping) -> None:
         self._plan, self._mapping = plan, mapping
         self._tick_us = to_us(plan.scenario.tick_s)
+        self._head_bytes = head_bytes(self._tick_us)
         self._next_whole_s = plan.keyframe_s
         self._warned = False
 
@@ -44,7 +45,7 @@ class Telling:
         whole = t_us >= self._next_whole_s * 1e6
         if whole:
             self._next_whole_s += plan.keyframe_s
-        room = max(0.0, plan.frame_bytes - HEAD_BYTES - len(payload))
+        room = max(0.0, plan.frame_bytes - self._head_bytes - len(payload))
         if room < plan.rule.record.itemsize and not self._warned:
             self._warned = True
             _log.warning(
@@ -65,6 +66,7 @@ class Telling:
             cells=told.cells,
             mission=plan.mission_mark,
             root=told.root,
+            heard=told.heard,
             probes=told.probes,
         )
 

@@ -10,6 +10,7 @@ from uavbridge.bus import keys
 from uavbridge.bus.channel import Channel
 from uavbridge.bus.traffic import Traffic
 from uavbridge.bus.wire import (
+    WAITED_BYTES,
     WAITED_LIMIT_S,
     Beacon,
     Frame,
@@ -25,6 +26,7 @@ class Air(Channel[Frame]):
     """The radio over which agents exchange frames; all a planner knows of the others."""
 
     _what = "frame"
+    _waited_bytes = WAITED_BYTES
 
     @staticmethod
     def _note(message: Frame, traffic: Traffic) -> None:

@@ -117,6 +117,7 @@ class Channel(ABC, Generic[M]):
         return self._screening.rejects
 
     _what = "message"
+    _waited_bytes = 0  # more, for a message that waited
 
     @staticmethod
     @abstractmethod
@@ -157,13 +158,16 @@ class Channel(ABC, Generic[M]):
         """
         data = self._encode(message)
         traffic = self.traffic[message.sender]
-        traffic.offer(len(data))
         if self._queues:
-            left_us = self._queues[message.sender].leaves(len(data), message.t_us)
+            size = len(data) + self._waited_bytes
+            traffic.offer(size)
+            left_us = self._queues[message.sender].leaves(size, message.t_us)
             if left_us is None:
-                traffic.drop(Verdict.QUEUE.reason, 1, len(data))
+                traffic.drop(Verdict.QUEUE.reason, 1, size)
                 return b""
             data = self._encode(self._waited(message, (left_us - message.t_us) / SECOND_US))
+        else:
+            traffic.offer(len(data))
         self._bus.publish(self._key(self._tiling.tile_of(message.position), message.sender), data)
         traffic.send(len(data))
         self._note(message, traffic)

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from planners.types import F64
 from uavbridge.bus.late import Late
 from uavbridge.bus.traffic import Traffic
-from uavbridge.bus.wire import WAITED_LIMIT_S, Frame, decode, encode
+from uavbridge.bus.wire import WAITED_BYTES, WAITED_LIMIT_S, Frame, decode, encode
 from uavbridge.clock import SECOND_US
 from uavbridge.radio import Queue, Radio, Transmissions, Verdict
 
@@ -34,7 +34,7 @@ class Ether:
         self.traffic = {agent: Traffic() for agent in team}
         self._radio, self._team = radio, tuple(team)
         self._ids = np.array(self._team, np.int64)
-        self._late: Late[Frame] = Late(radio, self._ids)
+        self._late: Late[tuple[Frame, int]] = Late(radio, self._ids)
         self._queues: dict[int, Queue] = {}
         if isfinite(radio.quality.bytes_per_s):
             rate, longest_s = radio.quality.bytes_per_s, radio.quality.queue_s
@@ -52,6 +52,7 @@ class Ether:
         self._where = position.copy()
         for frame in frames:
             account, size = self.traffic[frame.sender], len(encode(frame))
+            size += WAITED_BYTES * bool(self._queues)
             account.offer(size)
             if self._queues:
                 left_us = self._queues[frame.sender].leaves(size, frame.t_us)
@@ -72,9 +73,9 @@ class Ether:
         if self._air:
             self._deliver(heard, t_us)
             self._air = []
-        for j, frame in self._late.due(t_us):
+        for j, (frame, size) in self._late.due(t_us):
             heard[j].append(frame)
-            self.traffic[self._team[j]].hear(1, len(encode(frame)))
+            self.traffic[self._team[j]].hear(1, size)
         return heard
 
     def _deliver(self, heard: list[list[Frame]], t_us: int) -> None:
@@ -90,7 +91,7 @@ class Ether:
         verdicts = self._radio.judge(sent, self._ids, place)
         if not self._radio.delivers_at_once:
             left_us = [frame.t_us + frame.waited_s * SECOND_US for frame in frames]
-            verdicts[self._late.hold(frames, sent, left_us, verdicts, t_us)] = Verdict.HELD
+            verdicts[self._late.hold(self._air, sent, left_us, verdicts, t_us)] = Verdict.HELD
         for (frame, size), row in zip(self._air, verdicts.tolist(), strict=True):
             for j, verdict in enumerate(row):
                 if verdict == Verdict.DELIVERED:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,16 @@ from uavbridge.bus.wire import Vector
 
 MEMORY = 256  # samples
 _ROWS = 16
+
+
+class _Moment(NamedTuple):
+    """Between which two samples a time lies."""
+
+    t_us: int
+    start: list[list[float]]
+    end: list[list[float]]
+    share: float  # of the way from one to the other
+    inside: bool  # the time is in the memory
 
 
 class TruthTrack:
@@ -47,6 +58,7 @@ class TruthTrack:
         self._count = 0
         self._stamps: list[int] = []  # the times again, for single look-ups
         self._rows: dict[int, list[list[float]]] = {}  # and some of the positions
+        self._moment: _Moment | None = None  # that was asked for last
 
     def add(self, t_us: int, ids: Sequence[int], positions: npt.ArrayLike) -> None:
         """Note where the vehicles are; a sample older than the newest is dropped.
@@ -75,6 +87,7 @@ class TruthTrack:
             self._positions[: self._memory] = self._positions[self._memory :]
             self._count = self._memory
             del self._stamps[: self._memory]
+        self._moment = None
         self._stamps.append(t_us)
         self._times[self._count] = t_us
         self._positions[self._count] = positions
@@ -127,14 +140,10 @@ class TruthTrack:
         Raises:
             LookupError: nothing is known at all.
         """
-        stamps = self._stamps
-        if not stamps:
-            raise LookupError("no true position is known yet")
-        after = min(bisect_left(stamps, t_us), len(stamps) - 1)
-        before = max(after - 1, 0)
-        gap = max(stamps[after] - stamps[before], 1)
-        share = min(max((t_us - stamps[before]) / gap, 0.0), 1.0)
-        start, end = self._at_sample(before), self._at_sample(after)
+        moment = self._moment
+        if moment is None or moment.t_us != t_us:
+            moment = self._moment = self._moment_at(t_us)
+        _, start, end, share, inside = moment
         places: list[Vector | None] = []
         for agent in (one, other):
             row = self.row.get(agent)
@@ -143,7 +152,18 @@ class TruthTrack:
                 continue
             (x, y, z), (u, v, w) = start[row], end[row]
             places.append((x + share * (u - x), y + share * (v - y), z + share * (w - z)))
-        return places[0], places[1], stamps[0] <= t_us <= stamps[-1]
+        return places[0], places[1], inside
+
+    def _moment_at(self, t_us: int) -> _Moment:
+        stamps = self._stamps
+        if not stamps:
+            raise LookupError("no true position is known yet")
+        after = min(bisect_left(stamps, t_us), len(stamps) - 1)
+        before = max(after - 1, 0)
+        gap = max(stamps[after] - stamps[before], 1)
+        share = min(max((t_us - stamps[before]) / gap, 0.0), 1.0)
+        start, end = self._at_sample(before), self._at_sample(after)
+        return _Moment(t_us, start, end, share, stamps[0] <= t_us <= stamps[-1])
 
     def _at_sample(self, index: int) -> list[list[float]]:
         """Positions of all vehicles as plain numbers."""

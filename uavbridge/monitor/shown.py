@@ -58,8 +58,7 @@ class AgentMap:
         records = records[rule.valid(self._known, records, until_us=frame.t_us)]
         cells = records["cell"].astype(np.int64)
         probability, stamp_us = self.probability.reshape(-1), self.stamp_us.reshape(-1)
-        names = records.dtype.names or ()
-        if "probability" in names and "stamp_us" in names:
+        if tells_values(rule):
             probability[cells], stamp_us[cells] = records["probability"], records["stamp_us"]
             return cells
         # Readings, not values: the map follows from all that the agent has passed on.
@@ -118,6 +117,11 @@ class UnionMap:
             records = np.concatenate(self._waiting)
             self._heard, _ = self._rule.onlooker.merge(self._heard, records)
         self._waiting.clear()
+
+
+def tells_values(rule: MergeRule) -> bool:
+    """Whether a record says what a cell's value is; else values follow from many readings."""
+    return {"probability", "stamp_us"} <= set(rule.record.names or ())
 
 
 def readable(frame: Frame) -> tuple[MergeRule, Records] | None:

@@ -6,6 +6,7 @@ Rule 2: whatever comes may be wrong: what does not read is counted and left out.
 
 from __future__ import annotations
 
+from planners.belief.merge import MERGE_RULES
 from uavbridge.agent.report import AgentReport
 from uavbridge.bus import keys
 from uavbridge.bus.api import Bus, Sample
@@ -14,6 +15,7 @@ from uavbridge.bus.messages import decode_map, decode_truth
 from uavbridge.bus.wire import Vector, decode, decode_beacon
 from uavbridge.monitor import told
 from uavbridge.monitor.known import Known
+from uavbridge.monitor.shown import tells_values
 from uavbridge.monitor.watched import Declared, Happening, Point, Watched, point_of
 from uavbridge.runner.separation import Floor
 
@@ -36,9 +38,14 @@ class MissionWatch(Known):
         if bus is not None:
             self._joining = True
             for pattern in (keys.MISSION, keys.state_map("*"), keys.PAST):
-                for sample in bus.query(pattern, timeout_s):
-                    self.apply(sample)
+                self._ask(bus, pattern, timeout_s)
+            if self.facts is not None and not tells_values(MERGE_RULES[self.facts.belief.merge]):
+                self._ask(bus, keys.state_cells("*"), timeout_s)
             self._joining = False
+
+    def _ask(self, bus: Bus, pattern: str, timeout_s: float) -> None:
+        for sample in bus.query(pattern, timeout_s):
+            self.apply(sample)
 
     def poll(self) -> None:
         """Take in what the bus brought since the last call."""
@@ -123,12 +130,19 @@ class MissionWatch(Known):
             return
         if what == "map":
             self._full_map(int(number), sample.data)
+        elif what == "cells":
+            self._all_cells(int(number), sample.data)
         elif what == "ack":
             self._answered(int(number), sample.data)
         elif what == "event":
             self._told(int(number), sample.data)
         elif not what:
             self._reported(int(number), sample.data)
+
+    def _all_cells(self, number: int, data: bytes) -> None:
+        frame = decode(data, self.rejects)
+        if frame is not None and (frame.sender != number or not self.maps.take_frame(frame)):
+            self.rejects["cells"] += 1
 
     def _reported(self, number: int, data: bytes) -> None:
         report = told.report_of(data, self.rejects)

@@ -144,7 +144,7 @@ class Topic:
         return f"{self.package}.{self.struct.__name__}", "jsonschema", msgspec.json.encode(document)
 
 
-FRAME_ENCODING = "uavbridge-frame-v2"
+FRAME_ENCODING = "uavbridge-frame-v3"
 HEARD_ENCODING = "uavbridge-heard-v1"
 TRUTH_ENCODING = "uavbridge-truth-v1"
 LAYER_ENCODING = "uavbridge-layer-v1"

@@ -123,9 +123,9 @@ def envelope_of(mission: Mission, kind: Kind = "multirotor") -> Envelope:
 
 
 def mission_mark(mission: Mission) -> int:
-    """A number of 32 bits by which frames of another mission are told apart."""
+    """A number of 16 bits by which frames of another mission are told apart."""
     area, name = mission.area, f"{mission.name} {mission.seed} {mission.belief.merge}"
-    return crc32(f"{name} {area.columns} {area.rows} {area.cell_m}".encode())
+    return crc32(f"{name} {area.columns} {area.rows} {area.cell_m}".encode()) & 0xFFFF
 
 
 def _frame_bytes(mission: Mission) -> float:

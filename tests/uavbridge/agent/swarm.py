@@ -17,12 +17,12 @@ SECOND = 1_000_000
 ZERO = (0.0, 0.0, 0.0)
 
 
-def plan_of(agent, merge, grid, frame_bytes=np.inf, keyframe_s=np.inf):
+def plan_of(agent, merge, grid, frame_bytes=np.inf, keyframe_s=np.inf, team=(1, 2, 3)):
     """An agent's plan without a planner."""
     return AgentPlan(
         agent=agent,
         seed=1,
-        scenario=Scenario(grid, (1, 2, 3), np.zeros((3, 3)), tick_s=1.0),
+        scenario=Scenario(grid, team, np.zeros((len(team), 3)), tick_s=1.0),
         planner=None,
         rule=MERGE_RULES[merge],
         sensor=SensorModel(0.9, 0.2),
@@ -49,7 +49,8 @@ class Swarm:
         self.grid = grid or Grid(0, 0, 100, 6, 6)
         self.tick = 0
         self.bytes_sent = self.map_bytes_sent = 0
-        self.plans = [plan_of(i, merge, self.grid, frame_bytes, keyframe_s) for i in range(count)]
+        team = tuple(range(count))
+        self.plans = [plan_of(i, merge, self.grid, frame_bytes, keyframe_s, team) for i in team]
         self.minds = [self._fresh(plan) for plan in self.plans]
         self._due = defaultdict(list)  # tick -> (receiver, frame)
 
@@ -83,7 +84,7 @@ class Swarm:
             frame = telling.frame(self.tick * SECOND, ZERO, ZERO, b"")
             data = encode(frame)
             self.bytes_sent += len(data)
-            self.map_bytes_sent += len(data) - 60
+            self.map_bytes_sent += frame.map_bytes
             assert len(data) <= self.plans[sender].frame_bytes
             heard = decode(data)
             for receiver in range(len(self.minds)):

@@ -132,9 +132,9 @@ def test_a_payload_that_leaves_no_room_is_told_once(caplog):
     plan = plan_of(3, "counts", GRID, frame_bytes=200.0)
     telling = Telling(plan, Mapping(plan))
     sizes = [
-        len(encode(telling.frame(tick, (0, 0, 0), (0, 0, 0), bytes(size))))
+        len(encode(telling.frame(tick * 1_000_000, (0, 0, 0), (0, 0, 0), bytes(size))))
         for tick, size in enumerate((10, 150, 150))
     ]
-    assert sizes == [70, 210, 210]
+    assert sizes == [54, 194, 194]
     (warning,) = [record.getMessage() for record in caplog.records]
     assert "agent 3: a payload of 150 bytes leaves no room for the map" in warning

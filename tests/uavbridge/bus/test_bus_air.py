@@ -17,7 +17,7 @@ from uavbridge.bus.messages import FullMap, Truth, decode_map, encode_map, encod
 from uavbridge.bus.screening import Bounds
 from uavbridge.bus.tiles import Tiling
 from uavbridge.bus.truth import TruthTrack
-from uavbridge.bus.wire import DELTA, KEYFRAME, Beacon, Frame, Kind, Vector, encode
+from uavbridge.bus.wire import DELTA, KEYFRAME, WAITED_BYTES, Beacon, Frame, Kind, Vector, encode
 from uavbridge.radio import Link, Quality, Radio
 from uavbridge.rng import stream
 
@@ -214,7 +214,7 @@ class TestAccounts(LocalSessions):
         air = Air(self.session(), Radio(400.0), [1, 2, 3], log=lambda *heard: told.append(heard))
         message = frame(1, STILL)
         size = len(air.send(message))
-        assert size == len(encode(message)) == 60 + len(b"from 1")
+        assert size == len(encode(message)) == 44 + len(b"from 1")
         air.receive({1: STILL, 2: (300.0, 0, 0), 3: (500.0, 0, 0)}, 0)
         one, two, three = (air.traffic[i] for i in (1, 2, 3))
         assert (one.frames_offered, one.frames_sent, one.bytes_sent) == (1, 1, size)
@@ -356,7 +356,7 @@ class TestRadio(LocalSessions):
         assert set(air.traffic[2].dropped) == {"loss", "burst"}
 
     def test_the_senders_bandwidth_makes_frames_wait_and_drops_what_is_too_much(self) -> None:
-        size = len(encode(frame(1, STILL)))
+        size = len(encode(frame(1, STILL))) + WAITED_BYTES
         bus = self.session()
         radio = Radio(math.inf, 1, Quality(bytes_per_s=size / 2, queue_s=4.0))
         air, far = Air(bus, radio, [1]), Air(bus, radio, [2])
@@ -384,11 +384,13 @@ class TestRadio(LocalSessions):
             [1, 2, 3, 4],
             log=lambda i, _, __, reason: told.append((i, reason)),
         )
-        size = len(air.send(frame(1, STILL, 0, 0)) + air.send(frame(1, STILL, 1000, 1)))
+        air.send(frame(1, STILL, 0, 0))
+        second = len(air.send(frame(1, STILL, 1000, 1)))
+        size = air.traffic[1].bytes_sent
         air.receive({1: STILL, 2: STILL, 3: STILL, 4: (500.0, 0.0, 0.0)}, 2000)
         assert air.traffic[2].dropped_bytes == {"loss": size}
         assert air.traffic[4].dropped_bytes == {"out of range": size}
-        assert air.traffic[3].dropped_bytes == {"queue": size // 2}
+        assert air.traffic[3].dropped_bytes == {"queue": second}
         assert told == [
             (2, "loss"),
             (4, "out of range"),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from uavbridge.bus import messages, wire
 from uavbridge.bus.messages import FullMap, Obstacle, Obstacles, Readings, Signals, Truth
@@ -25,15 +26,16 @@ frames = st.builds(
     Frame,
     kind=st.sampled_from([DELTA, KEYFRAME]),
     sender=u16s,
-    tick=u32s,
+    tick=st.integers(0, 2**24 - 1),
     t_us=times,
     position=vectors,
     velocity=vectors,
     payload=st.binary(max_size=80),
-    rule=st.integers(0, 255),
+    rule=st.integers(0, 15),
     cells=st.binary(max_size=80),
-    mission=u32s,
+    mission=u16s,
     root=u32s,
+    heard=st.integers(0, 2**40),
     probes=st.lists(probes, max_size=3).map(tuple),
     waited_s=st.integers(0, 65535).map(lambda ms: ms / 1000.0),
 )
@@ -112,6 +114,15 @@ def test_a_frame_survives(frame: Frame) -> None:
     assert wire.decode(wire.encode(frame)) == frame
 
 
+@given(frames, st.integers(0, 2**24 - 1), st.integers(0, 254))
+def test_the_time_of_a_whole_tick_needs_no_bytes(frame: Frame, tick: int, tenths: int) -> None:
+    whole = replace(frame, tick=tick, t_us=tick * tenths * 100_000)
+    data = wire.encode(whole)
+    assert wire.decode(data) == whole
+    assert wire.sender_and_tick(data) == (frame.sender, tick)
+    assert len(data) <= len(wire.encode(replace(whole, t_us=1))) - 8
+
+
 @given(beacons)
 def test_a_beacon_survives(beacon: Beacon) -> None:
     assert wire.decode_beacon(wire.encode_beacon(beacon)) == beacon
@@ -168,7 +179,7 @@ def test_the_truth_survives(truth: Truth) -> None:
     assert np.array_equal(again.position, truth.position)
 
 
-@given(st.one_of(st.binary(max_size=200), st.binary(max_size=200).map(b"UB\x02".__add__)))
+@given(st.one_of(st.binary(max_size=200), st.binary(max_size=200).map(b"UB\x03".__add__)))
 def test_any_bytes_are_read_or_refused(data: bytes) -> None:
     for decode in DECODERS:
         rejects: Counter[str] = Counter()
@@ -206,14 +217,15 @@ FRAME = wire.encode(
     Frame(
         DELTA,
         sender=3,
-        tick=17,
+        tick=25,
         t_us=12_500_000,
         position=(1.0, 2.0, 30.0),
         velocity=(0.5, 0.0, 0.0),
         payload=b"p",
         rule=1,
-        mission=0x11223344,
+        mission=0x1122,
         root=0xAABBCCDD,
+        heard=0b110,
         probes=(Probe(7, 0, (1, 515)),),
     )
 )
@@ -228,22 +240,22 @@ def test_the_bytes_are_those_that_the_reference_shows() -> None:
     ("offset", "change", "reason"),
     [
         (0, b"XX", "magic"),
-        (2, b"\x01", "version"),
+        (2, b"\x02", "version"),
         (3, b"\x03", "kind"),
-        (15, b"\x02", "length"),
-        (16, b"\x02", "length"),
-        (16, b"\xff", "length"),
-        (56, b"\x01\x00\x00\x00", "length"),
-        (56, b"\xff\xff\xff\xff", "size"),
-        (67, b"\x00", "probe"),
-        (67, b"\x11", "probe"),
-        (67, b"\x03", "length"),
-        (20, struct.pack("<q", -1), "time"),
-        (20, struct.pack("<q", 2**60), "time"),
-        (28, struct.pack("<f", math.nan), "position"),
-        (32, struct.pack("<f", math.inf), "position"),
-        (36, struct.pack("<f", 2e6), "position"),
-        (40, struct.pack("<f", -math.inf), "velocity"),
+        (11, b"\x00", "length"),
+        (11, b"\xff", "length"),
+        (12, b"\xff", "length"),
+        (13, b"\xf1", "length"),
+        (14, struct.pack("<f", math.nan), "position"),
+        (18, struct.pack("<f", math.inf), "position"),
+        (22, struct.pack("<f", 2e6), "position"),
+        (26, struct.pack("<f", -math.inf), "velocity"),
+        (43, b"\x02", "length"),
+        (43, b"\xff\xff", "length"),
+        (45, b"\x02", "length"),
+        (53, b"\x00", "probe"),
+        (53, b"\x11", "probe"),
+        (53, b"\x03", "length"),
     ],
 )
 def test_the_reason_is_counted(offset: int, change: bytes, reason: str) -> None:
@@ -254,10 +266,33 @@ def test_the_reason_is_counted(offset: int, change: bytes, reason: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("offset", "change", "reason"),
+    [
+        (42, struct.pack("<q", -1), "time"),
+        (42, struct.pack("<q", 2**60), "time"),
+        (50, b"\x01\x00\x00\x00", "length"),
+        (50, b"\xff\xff\xff\xff", "size"),
+        (12, b"\x05", "length"),
+    ],
+)
+def test_a_time_and_a_length_are_checked(offset: int, change: bytes, reason: str) -> None:
+    rejects: Counter[str] = Counter()
+    sound = wire.encode(Frame(DELTA, 1, 2, 3, (0, 0, 0), (0, 0, 0), cells=bytes(18)))
+    data = sound[:offset] + change + sound[offset + len(change) :]
+    assert wire.decode(sound) is not None
+    assert wire.decode(data, rejects) is None
+    assert rejects == {reason: 1}
+
+
+@pytest.mark.parametrize(
     "frame",
     [
         Frame(DELTA, -1, 0, 0, (0, 0, 0), (0, 0, 0)),
-        Frame(DELTA, 1, 2**32, 0, (0, 0, 0), (0, 0, 0)),
+        Frame(DELTA, 1, 2**24, 0, (0, 0, 0), (0, 0, 0)),
+        Frame(DELTA, 1, 0, 0, (0, 0, 0), (0, 0, 0), rule=16),
+        Frame(DELTA, 1, 0, 0, (0, 0, 0), (0, 0, 0), mission=2**16),
+        Frame(DELTA, 1, 0, 0, (0, 0, 0), (0, 0, 0), heard=-1),
+        Frame(DELTA, 1, 0, 0, (0, 0, 0), (0, 0, 0), heard=2**2040),
         Frame(DELTA, 1, 0, 0, (1e39, 0, 0), (0, 0, 0)),
         Frame(DELTA, 1, 0, 0, (0, 0, 0), (0, 0, 0), probes=(Probe(1, 0, ()),)),
         Frame(DELTA, 1, 0, 0, (0, 0, 0), (0, 0, 0), probes=(Probe(1, 0, (1,)),) * 256),

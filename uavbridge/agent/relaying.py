@@ -1,0 +1,110 @@
+"""Who passes on what: only what a neighbour did not hear itself, and one of those who can tell it.
+
+Every frame says of which agents its sender heard the frames of one tick before. So an agent knows
+which of its neighbours do not hear whom, and who else could tell them. Of those who could, the
+first of the team does. Links change: whether neighbours heard a frame, as they mostly do, their
+next frames tell. Until then what is in it is held back, and passed on after all if they did not.
+Whatever still gets lost, ``CatchingUp`` finds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Final, NamedTuple
+
+from uavbridge.bus.wire import Frame
+
+RECENT_FRAMES: Final = 3  # a neighbour not heard for so many is none
+
+
+class Sources(NamedTuple):
+    """Whose frames of a tick told something: bit i for the i-th of the team; 0: nobody knows."""
+
+    tick: int
+    agents: int
+
+
+UNKNOWN: Final = Sources(-1, 0)
+
+
+def always(_: Sources) -> bool:
+    """Pass on everything."""
+    return True
+
+
+class _Peer(NamedTuple):
+    """What a neighbour's newest frame said."""
+
+    seen: int  # at which of the own frames
+    tick: int
+    heard: int  # agents, whose frames of one tick before
+
+
+class Relaying:
+    """One agent's part in it.
+
+    Args:
+        agent: its id.
+        team: all ids, ascending.
+    """
+
+    def __init__(self, agent: int, team: Sequence[int]) -> None:
+        self._bits = {member: 1 << i for i, member in enumerate(team)}
+        self._own = self._bits.get(agent, 0)
+        self._frame = 0  # own frames so far
+        self._tick = -1  # of the own frame before
+        self._heard: dict[int, int] = {}  # tick -> agents whose frames of it were heard
+        self._peers: dict[int, _Peer] = {}  # by bit
+        self._needed: dict[Sources, bool] = {}
+
+    def heard(self, frames: Iterable[Frame]) -> None:
+        """Frames that were merged."""
+        for frame in frames:
+            bit, tick = self._bits.get(frame.sender, 0), frame.tick
+            if bit == self._own or not bit:
+                continue
+            self._heard[tick] = self._heard.get(tick, 0) | bit
+            before = self._peers.get(bit)
+            if before is None or tick > before.tick:
+                self._peers[bit] = _Peer(self._frame, tick, frame.heard)
+
+    def source(self, frame: Frame) -> Sources:
+        """A frame as a source of what it tells."""
+        return Sources(frame.tick, self._bits.get(frame.sender, 0))
+
+    def tell(self, tick: int) -> int:
+        """Of whom the frames of one tick before were heard; call it once an own frame.
+
+        Args:
+            tick: of the own frame.
+        """
+        oldest = self._frame - RECENT_FRAMES
+        self._peers = {bit: peer for bit, peer in self._peers.items() if peer.seen >= oldest}
+        heard = self._heard.get(tick - 1, 0)
+        self._heard = {t: agents for t, agents in self._heard.items() if tick <= t <= tick + 1}
+        self._needed = {}
+        self._tick = tick
+        self._frame += 1
+        return heard
+
+    def needed(self, sources: Sources) -> bool:
+        """Whether to pass on what was heard so: a neighbour lacks it, and nobody else should.
+
+        Of what was told one tick before the own frame that is likely, two ticks before certain.
+        """
+        known = self._needed.get(sources)
+        if known is None:
+            known = self._needed[sources] = self._lacking(sources)
+        return known
+
+    def _lacking(self, sources: Sources) -> bool:
+        told = sources.agents
+        if not told or not self._tick - 2 <= sources.tick <= self._tick:
+            return True
+        could = 0  # tell it, and come before this one
+        for bit, peer in self._peers.items():
+            if bit < self._own and peer.heard & told:
+                could |= bit
+        return any(
+            not (peer.heard & (told | could) or bit & told) for bit, peer in self._peers.items()
+        )
