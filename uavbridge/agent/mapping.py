@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from itertools import groupby
+from itertools import accumulate, groupby
 from math import inf, isfinite
 from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 
-from planners.belief.marks import record_marks
-from planners.belief.merge import BeliefMap, Records
+from planners.belief.merge import BeliefMap, MergeRule, Records
 from planners.types import I64, Reading
 from uavbridge.agent.catching_up import CatchingUp
 from uavbridge.agent.obstacles import Sighted
@@ -43,6 +42,7 @@ class Mapping:
         self.unreadable = 0  # frames of another merge rule, records that make no sense
         self._outbox = Outbox(plan.rule)
         self._catching_up = CatchingUp(plan.agent, plan.rule, self._grid.size, self._outbox)
+        self._compared = _compared(plan.rule)
         self._relaying = Relaying(plan.agent, plan.scenario.team)
 
     def observe(self, reading: Reading) -> None:
@@ -94,19 +94,26 @@ class Mapping:
     def _sources(self, new: Records, frames: Sequence[Frame]) -> list[Sources]:
         """Whose frames told each of some records (k,); of several ticks the last counts."""
         rule, size = self._plan.rule, self._plan.rule.record.itemsize
-        marks = record_marks(rule, new).tolist()
-        found = dict.fromkeys(marks, UNKNOWN)
+        if not frames:
+            return [UNKNOWN] * len(new)
+        wanted = self._contents(new.tobytes())
+        found = dict.fromkeys(wanted, UNKNOWN)
         for frame in frames:
-            if frame.rule == rule.code and frame.cells and len(frame.cells) % size == 0:
-                tick, agents = self._relaying.source(frame)
-                told = record_marks(rule, np.frombuffer(frame.cells, rule.record))
-                for mark in found.keys() & set(told.tolist()):
-                    before = found[mark]
-                    if tick > before.tick:
-                        found[mark] = Sources(tick, agents)
-                    elif tick == before.tick:
-                        found[mark] = Sources(tick, agents | before.agents)
-        return [found[mark] for mark in marks]
+            if not frame.cells or frame.rule != rule.code or len(frame.cells) % size:
+                continue
+            told = found.keys() & self._contents(frame.cells)
+            if told:
+                source = self._relaying.source(frame)
+                found.update({content: source.joined(found[content]) for content in told})
+        return [found[content] for content in wanted]
+
+    def _contents(self, records: bytes) -> list[bytes]:
+        """What each of some records says that merging looks at."""
+        size, parts = self._plan.rule.record.itemsize, self._compared
+        whole = [records[start : start + size] for start in range(0, len(records), size)]
+        if not parts:
+            return whole
+        return [b"".join([record[part] for part in parts]) for record in whole]
 
     def _sound(self, frames: Sequence[Frame]) -> Records:
         """The records of frames that make sense, in their order; the rest is counted."""
@@ -163,6 +170,16 @@ class Mapping:
         cells = self._outbox.take(self.belief, room, self._relaying.needed)
         rest = self._outbox.waiting or self._outbox.asked
         return Told(cells, whole and not rest, self._catching_up.root, heard, probes)
+
+
+def _compared(rule: MergeRule) -> list[slice]:
+    """Where in a record's bytes the fields are that the rule compares; none: everywhere."""
+    names = rule.record.names or ()
+    if rule.compared == names:
+        return []
+    sizes = [rule.record[name].itemsize for name in names]
+    ends = dict(zip(names, accumulate(sizes), strict=True))
+    return [slice(ends[name] - rule.record[name].itemsize, ends[name]) for name in rule.compared]
 
 
 def _each(records: Records) -> Iterable[bytes]:

@@ -23,6 +23,12 @@ class Sources(NamedTuple):
     tick: int
     agents: int
 
+    def joined(self, other: Sources) -> Sources:
+        """With another one of the same; of several ticks the last counts."""
+        if self.tick != other.tick:
+            return max(self, other)
+        return Sources(self.tick, self.agents | other.agents)
+
 
 UNKNOWN: Final = Sources(-1, 0)
 
@@ -30,14 +36,6 @@ UNKNOWN: Final = Sources(-1, 0)
 def always(_: Sources) -> bool:
     """Pass on everything."""
     return True
-
-
-class _Peer(NamedTuple):
-    """What a neighbour's newest frame said."""
-
-    seen: int  # at which of the own frames
-    tick: int
-    heard: int  # agents, whose frames of one tick before
 
 
 class Relaying:
@@ -54,19 +52,19 @@ class Relaying:
         self._frame = 0  # own frames so far
         self._tick = -1  # of the own frame before
         self._heard: dict[int, int] = {}  # tick -> agents whose frames of it were heard
-        self._peers: dict[int, _Peer] = {}  # by bit
+        # by bit, of its newest frame: heard at which own frame, its tick, whom its sender heard
+        self._peers: dict[int, tuple[int, int, int]] = {}
         self._needed: dict[Sources, bool] = {}
 
     def heard(self, frames: Iterable[Frame]) -> None:
         """Frames that were merged."""
+        bits, own, heard, peers, now = self._bits, self._own, self._heard, self._peers, self._frame
         for frame in frames:
-            bit, tick = self._bits.get(frame.sender, 0), frame.tick
-            if bit == self._own or not bit:
-                continue
-            self._heard[tick] = self._heard.get(tick, 0) | bit
-            before = self._peers.get(bit)
-            if before is None or tick > before.tick:
-                self._peers[bit] = _Peer(self._frame, tick, frame.heard)
+            bit, tick = bits.get(frame.sender, own), frame.tick
+            if bit != own:
+                heard[tick] = heard.get(tick, 0) | bit
+                if bit not in peers or tick > peers[bit][1]:
+                    peers[bit] = now, tick, frame.heard
 
     def source(self, frame: Frame) -> Sources:
         """A frame as a source of what it tells."""
@@ -79,7 +77,7 @@ class Relaying:
             tick: of the own frame.
         """
         oldest = self._frame - RECENT_FRAMES
-        self._peers = {bit: peer for bit, peer in self._peers.items() if peer.seen >= oldest}
+        self._peers = {bit: peer for bit, peer in self._peers.items() if peer[0] >= oldest}
         heard = self._heard.get(tick - 1, 0)
         self._heard = {t: agents for t, agents in self._heard.items() if tick <= t <= tick + 1}
         self._needed = {}
@@ -101,10 +99,11 @@ class Relaying:
         told = sources.agents
         if not told or not self._tick - 2 <= sources.tick <= self._tick:
             return True
-        could = 0  # tell it, and come before this one
-        for bit, peer in self._peers.items():
-            if bit < self._own and peer.heard & told:
-                could |= bit
-        return any(
-            not (peer.heard & (told | could) or bit & told) for bit, peer in self._peers.items()
-        )
+        reach = told  # and those who could tell it, and come before this one
+        for bit, (_, _, heard) in self._peers.items():
+            if bit < self._own and heard & told:
+                reach |= bit
+        for bit, (_, _, heard) in self._peers.items():
+            if not heard & reach and not bit & told:
+                return True
+        return False
