@@ -35,9 +35,15 @@ class Maps:
         self.layers: dict[str, Layer] = {}
         self._prior: float | F64 = UNKNOWN_PRIOR
         self._sensor = SensorModel()
+        self._team: tuple[int, ...] = ()
+        self._told: dict[int, tuple[Frame, ...]] = {}  # the last two of each with cells
 
     def take_mission(self, mission: Mission) -> None:
         """The mission as it is flown; maps of another grid are void."""
+        try:
+            self._team = tuple(member.id for member in mission.team())
+        except ValueError:  # no room for so many: nobody flies this
+            self._team = ()
         if self.grid != mission.grid:
             sensor = SensorModel(mission.sensor.p, mission.sensor.q, mission.belief.update)
             self._lay_out(mission.grid, mission.prior(), sensor)
@@ -64,10 +70,23 @@ class Maps:
         content = readable(frame)
         if content is None:
             return False
-        if self.grid is not None and self.union is not None and len(content[1]):
-            self.union.take_records(*content)
-            self._of(self.grid, frame.sender).take_frame(frame, *content)
+        if self.grid is not None and self.union is not None:
+            self._heard(self.grid, frame)
+            if len(content[1]):
+                self.union.take_records(*content)
+                self._of(self.grid, frame.sender).take_frame(frame, *content)
         return True
+
+    def _heard(self, grid: Grid, frame: Frame) -> None:
+        """What others told goes to who says that it heard them, a tick later."""
+        for i, agent in enumerate(self._team if frame.heard else ()):
+            if frame.heard >> i & 1:
+                for told in self._told.get(agent, ()):
+                    content = readable(told) if told.tick == frame.tick - 1 else None
+                    if content is not None:
+                        self._of(grid, frame.sender).hear(told, *content)
+        if frame.cells:
+            self._told[frame.sender] = (*self._told.get(frame.sender, ())[-1:], frame)
 
     def take_layer(self, name: str, layer: Layer) -> bool:
         """Numbers over the ground; False for one too many."""

@@ -15,7 +15,7 @@ RULES: dict[int, MergeRule] = {rule.code: rule for rule in MERGE_RULES.values()}
 
 
 class AgentMap:
-    """One agent's map, from what it says of it: whole maps and the cells in its own frames.
+    """One agent's map, from what it says: whole maps, cells in its frames, whose frames it heard.
 
     Args:
         grid: the cells.
@@ -52,16 +52,35 @@ class AgentMap:
     def take_frame(self, frame: Frame, rule: MergeRule, records: Records) -> I64:
         """Cells in a frame of the agent's own; the flat cells (k,) that it told of."""
         self.t_us = max(self.t_us, frame.t_us)
+        records = self._sound(rule, records, frame.t_us)
+        if not tells_values(rule):
+            return self._merge(rule, records)
+        cells = records["cell"].astype(np.int64)
+        probability, stamp_us = self.probability.reshape(-1), self.stamp_us.reshape(-1)
+        probability[cells], stamp_us[cells] = records["probability"], records["stamp_us"]
+        return cells
+
+    def hear(self, frame: Frame, rule: MergeRule, records: Records) -> None:
+        """Cells in a frame of another agent that this one heard."""
+        if rule.onlooker == rule:  # else what an agent makes of it is its own affair
+            self._merge(rule, self._sound(rule, records, frame.t_us))
+
+    def _sound(self, rule: MergeRule, records: Records, t_us: int) -> Records:
         if self._rule is None or rule.code != self._rule.code:
             self._rule = rule
             self._known = rule.onlooker.empty(self.grid, self._prior, self._sensor)
-        records = records[rule.valid(self._known, records, until_us=frame.t_us)]
-        cells = records["cell"].astype(np.int64)
+        sound: Records = records[rule.valid(self._known, records, until_us=t_us)]
+        return sound
+
+    def _merge(self, rule: MergeRule, records: Records) -> I64:
+        """Take in what tells more than is known; the flat cells (k,) that it told of."""
         probability, stamp_us = self.probability.reshape(-1), self.stamp_us.reshape(-1)
         if tells_values(rule):
+            records = records[records["stamp_us"] > stamp_us[records["cell"]]]
+            cells = records["cell"].astype(np.int64)
             probability[cells], stamp_us[cells] = records["probability"], records["stamp_us"]
             return cells
-        # Readings, not values: the map follows from all that the agent has passed on.
+        # Readings, not values: the map follows from all that the agent told and heard.
         self._known, cells = rule.onlooker.merge(self._known, records)
         probability[cells] = self._known.probability.reshape(-1)[cells]
         stamp_us[cells] = self._known.stamp_us.reshape(-1)[cells]

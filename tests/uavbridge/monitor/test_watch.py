@@ -6,12 +6,15 @@ import msgspec
 import numpy as np
 import pytest
 
+from planners.grid import Grid
 from planners.registry import BUILTIN
+from tests.uavbridge.agent.swarm import Swarm
 from uavbridge.agent.report import AgentReport
 from uavbridge.bus import keys
 from uavbridge.bus.api import Sample
 from uavbridge.bus.messages import Truth, encode_truth
 from uavbridge.config import load, to_toml
+from uavbridge.monitor.maps import Maps
 from uavbridge.monitor.watch import MissionWatch
 from uavbridge.recording.recorder import Recorder
 from uavbridge.recording.topics import MissionRecord, encode
@@ -47,6 +50,31 @@ def _fly(tmp_path, watches, **changes):
             stop=lambda: False,
         )
     return flown, made
+
+
+@pytest.mark.parametrize("rule", ["belief-update", "counts"])
+def test_an_agents_map_is_shown_as_it_is_by_whom_it_heard(rule):
+    """Between two whole maps, and though agents do not repeat what all in reach heard."""
+    swarm = Swarm(4, rule, Grid(0, 0, 100, 10, 10))
+    maps = Maps()
+    maps.take_mission(load(None, {"vehicles": 4, "belief.merge": rule, "sensor.q": 0.2}))
+    maps._team = (0, 1, 2, 3)
+    for tick in range(12):
+        swarm.observe(tick % 4, 7 * tick, tick % 3 == 0)
+        swarm.exchange(lambda a, b: (1,) if abs(a - b) < 3 else ())
+        for frame in {frame.sender: frame for _, frame in swarm._due[swarm.tick]}.values():
+            assert maps.take_frame(frame)
+        if tick < 4:
+            continue  # links are not known yet
+        for agent, (mapping, _) in enumerate(swarm.minds):
+            shown = maps.agents[agent].seen
+            assert not (shown & ~mapping.belief.seen).any()
+            assert (mapping.belief.seen & ~shown).sum() == 0
+    for agent, (mapping, _) in enumerate(swarm.minds):
+        known = mapping.belief.seen
+        np.testing.assert_allclose(
+            maps.agents[agent].probability[known], mapping.belief.probability[known], atol=0.01
+        )
 
 
 @pytest.mark.parametrize("rule", ["belief-update", "counts"])
