@@ -22,12 +22,13 @@ from uavbridge.agent.phases import ENDED, Phase
 from uavbridge.agent.plan import AgentPlan
 from uavbridge.agent.telling import Telling
 from uavbridge.bus.wire import Beacon, Frame
-from uavbridge.clock import to_us
+from uavbridge.clock import SECOND_US, to_us
 from uavbridge.rng import stream
 from uavbridge.safety.filter import Vector
 from uavbridge.vehicle.api import VehicleState
 
 BEACON_US = 200_000  # between two separation beacons
+SLICE_US, SLICES = 100_000, 8  # all hear at one time; in which slice after it one takes that in
 
 _log = logging.getLogger(__name__)
 
@@ -55,6 +56,7 @@ class Agent:
         self._tick_us = to_us(plan.scenario.tick_s)
         self._memory: Any = None
         self._sensed = Sensed()
+        self._intake: list[tuple[Sequence[Frame], Sequence[Reading]]] = []  # not in the map yet
         self._next_decision_us = 0
         self._telling = Telling(plan, self.mapping)
 
@@ -69,15 +71,12 @@ class Agent:
 
     def step(self, inputs: Inputs) -> list[Effect]:
         """Everything this agent wants done now."""
-        if inputs.frames:
-            for frame in inputs.frames:
-                self.hearing.frame(frame)
-            self.mapping.merge(inputs.frames)
+        for frame in inputs.frames:
+            self.hearing.frame(frame)
         for beacon in inputs.beacons:
             self.hearing.beacon(beacon)
-        for reading in inputs.readings:
-            self.mapping.observe(reading)
-            self._sensed.readings.append(reading)
+        self._sensed.readings.extend(inputs.readings)
+        self._learn(inputs)
         if inputs.obstacles and self.mapping.obstacles.learn(inputs.obstacles):
             self.flight.keep_off(self.mapping.obstacles.kept_off())
         self._sensed.answers.extend(inputs.answers)
@@ -86,12 +85,36 @@ class Agent:
             if signal.arrived:
                 self.found.setdefault(signal.target, signal.t_us)
         decided: list[Effect] = []
-        if self.phase is Phase.SEARCH and inputs.t_us >= self._next_decision_us:
+        if self._decides(inputs.t_us):
             decided = self._decide(inputs)
         setpoint = self.goal.setpoint if self.goal else None
         traffic = self.hearing.traffic(inputs.t_us)
         effects = self.flight.step(inputs, setpoint, traffic)
         return decided + effects + self._tell(inputs)
+
+    def _learn(self, inputs: Inputs) -> None:
+        """Frames and readings into the map: in their order, and before the map is looked at.
+
+        Merging is most of an agent's work, and a team hears within one control tick. So each
+        of a process's agents merges in a tick of its own.
+        """
+        t_us = inputs.t_us
+        if inputs.frames or inputs.readings:
+            self._intake.append((inputs.frames, inputs.readings))
+        elif not self._intake:
+            return
+        mine = (t_us // SLICE_US + self.plan.agent) % SLICES == 0
+        looked_at = t_us % SECOND_US == 0 or t_us % self._tick_us == 0
+        if mine or looked_at or self._decides(t_us):
+            for frames, readings in self._intake:
+                if frames:
+                    self.mapping.merge(frames)
+                for reading in readings:
+                    self.mapping.observe(reading)
+            self._intake.clear()
+
+    def _decides(self, t_us: int) -> bool:
+        return self.phase is Phase.SEARCH and t_us >= self._next_decision_us
 
     def _decide(self, inputs: Inputs) -> list[Effect]:
         plan, tick = self.plan, self.tick
