@@ -99,11 +99,12 @@ class Relaying:
         told = sources.agents
         if not told or not self._tick - 2 <= sources.tick <= self._tick:
             return True
-        reach = told  # and those who could tell it, and come before this one
-        for bit, (_, _, heard) in self._peers.items():
-            if bit < self._own and heard & told:
-                reach |= bit
-        for bit, (_, _, heard) in self._peers.items():
-            if not heard & reach and not bit & told:
+        peers = self._peers.items()
+        others = [  # who could tell it, and come before this one
+            (bit, heard) for bit, (_, _, heard) in peers if bit < self._own and heard & told
+        ]
+        for bit, (_, _, heard) in peers:
+            served = heard & told or bit & told
+            if not served and not any([heard & other and bit & theirs for other, theirs in others]):
                 return True
         return False

@@ -45,6 +45,25 @@ def test_the_first_of_those_who_can_does_it():
     assert among(8, (3, B | C), (5, A | C), (13, C)).needed(Sources(6, A))
 
 
+def test_who_is_heard_but_does_not_hear_can_not_know_whom_to_tell():
+    # 13 hears 5, who does not hear 13
+    assert among(8, (3, B | C), (5, A | C), (13, B | C)).needed(Sources(6, A))
+
+
+def test_a_one_way_link_costs_two_ticks():
+    swarm = Swarm(4, "belief-update")
+
+    def fate(a, b):
+        return () if (a, b) in ((0, 3), (3, 0), (3, 1)) else (1,)
+
+    for _ in range(5):
+        swarm.exchange(fate)
+    swarm.observe(0, 5, True)
+    for _ in range(3):
+        swarm.exchange(fate)
+    assert swarm.alike()
+
+
 def test_what_nobody_knows_the_way_of_is_passed_on():
     relaying = among(5, (3, B | C), (8, A | B))
     assert relaying.needed(Sources(-1, 0))
