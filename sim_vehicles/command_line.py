@@ -123,6 +123,7 @@ class Options:
     gust: float
     home: Geodetic
     spacing: float
+    endurance: float
     params: dict[str, float]
     gcs: tuple[str, int] | None
     as_json: bool
@@ -181,6 +182,12 @@ class Options:
     "--home", default=_HOME, metavar="LAT,LON,ALT", callback=_place, help="Origin, degrees and m."
 )
 @click.option("--spacing", default=10.0, type=Amount(), help="Metres between starts.")
+@click.option(
+    "--endurance",
+    default=1.0,
+    type=Amount(min_open=True),
+    help="Capacity of the batteries, times that of the model; a copter's lasts 20 minutes.",
+)
 @click.option(
     "--param",
     "params",
@@ -264,6 +271,7 @@ def _fleet(options: Options, seats: tuple[ports.Seat, ...]) -> Fleet:
         seed=options.seed,
         wind=wind,
         parameters=options.params,
+        endurance=options.endurance,
     )
 
 

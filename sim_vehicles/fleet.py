@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from itertools import chain
+from math import inf
 from typing import Final
 
 import numpy as np
@@ -50,9 +51,11 @@ class Fleet:
         step_s: of the dynamics.
         parameters: of the autopilots, other than the defaults; each takes those it has.
         terrain: the ground; None: level, at height 0.
+        endurance: capacity of the batteries, times that of the model.
 
     Raises:
-        ValueError: no such model, kind or parameter, or a start in the air without ``in_air_m``.
+        ValueError: no such model, kind or parameter, a start in the air without ``in_air_m``, or
+            batteries of no capacity.
     """
 
     def __init__(
@@ -66,13 +69,16 @@ class Fleet:
         step_s: float = 0.02,
         parameters: Mapping[str, float] | None = None,
         terrain: Terrain | None = None,
+        endurance: float = 1.0,
     ) -> None:
+        if not 0.0 < endurance < inf:
+            raise ValueError(f"endurance must be a positive number, not {endurance}")
         if model not in MODEL_NAMES:
             raise ValueError(f"model must be one of {', '.join(MODEL_NAMES)}, not {model}")
         _check(specs, terrain)
         self.specs = tuple(specs)
         self.systems = tuple(spec.system for spec in specs)
-        around = Surroundings(origin, model, seed, step_s, parameters or {}, terrain)
+        around = Surroundings(origin, model, seed, step_s, parameters or {}, terrain, endurance)
         rows: dict[tuple[str, str], list[int]] = {}
         for index, spec in enumerate(specs):
             rows.setdefault((spec.autopilot, spec.kind), []).append(index)

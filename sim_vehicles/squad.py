@@ -72,6 +72,7 @@ class Surroundings:
         step_s: of the dynamics.
         parameters: of the autopilots, other than the defaults.
         terrain: the ground; None: level, at height 0.
+        endurance: capacity of the batteries, times that of the model.
     """
 
     origin: Geodetic
@@ -80,6 +81,7 @@ class Surroundings:
     step_s: float
     parameters: Mapping[str, float]
     terrain: Terrain | None
+    endurance: float
 
 
 class Squad:
@@ -108,6 +110,7 @@ class Squad:
         make = craft.models.get(around.model) or next(iter(craft.models.values()))
         yaw = np.array([spec.yaw_rad for spec in specs])
         self._model = make(place, yaw, terrain=around.terrain)
+        self._model.states.endurance = around.endurance
         self._wind = wind
         self._step_us = round(around.step_s * 1e6)
         self._step_s = self._step_us * 1e-6

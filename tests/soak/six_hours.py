@@ -59,7 +59,7 @@ class Drift:
 
 def fly(out: Path, duration_s: float | None = None) -> Flight:
     """Fly it, sampling."""
-    command = [sys.executable, "-m", "tests.soak.lasting", "launch", str(MISSION), "--headless"]
+    command = [sys.executable, "-m", "uavbridge", "launch", str(MISSION), "--headless"]
     command += ["--out", str(out)]
     if duration_s is not None:
         command += ["--duration", str(duration_s)]

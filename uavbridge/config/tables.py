@@ -320,6 +320,15 @@ class Simulator(Table, frozen=True):
         Literal["auto"] | Port,
         Meta(description='UDP ports of the vehicles: first of a row, or "auto": free ones'),
     ] = "auto"
+    endurance: Annotated[
+        float,
+        Meta(
+            gt=0.0,
+            le=1e6,
+            description="capacity of the batteries, times that of the vehicle model;"
+            " a multirotor's lasts 20 minutes",
+        ),
+    ] = 1.0
     parameters: Annotated[
         dict[str, float], Meta(description="autopilot parameters, such as MPC_XY_VEL_MAX")
     ] = field(default_factory=dict)

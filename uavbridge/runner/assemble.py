@@ -215,6 +215,7 @@ def fleet_of(
         seed=mission.seed,
         wind=WindSpec((w.east_m_s, w.north_m_s, w.up_m_s), w.gust_m_s),
         step_s=mission.simulator.step_s,
+        endurance=mission.simulator.endurance,
         parameters={
             "COM_OF_LOSS_T": min(patience(mission, OFFBOARD_LOSS_S), MOST_OFFBOARD_LOSS_S),
             **_alone(mission, terrain),

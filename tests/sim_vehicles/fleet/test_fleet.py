@@ -291,3 +291,36 @@ def test_any_valid_packets_keep_it_sane(datagrams, flying, model, craft):
 
 def test_the_command_line_names_the_models_there_are():
     assert {*_MODELS, "rover"} == set(MODEL_NAMES)
+
+
+def drawn(kind, model, endurance):
+    """What a minute in the air, or on the road, takes of a battery."""
+    spec = VehicleSpec(1, (0.0, 0.0, 0.0), kind=kind, in_air_m=None if kind == "rover" else 50.0)
+    fleet = Fleet([spec], origin=ORIGIN, model=model, endurance=endurance)
+    fleet.advance(60_000_000)
+    return 1.0 - fleet.squads[0].states.battery[0]
+
+
+@pytest.mark.parametrize(
+    ("kind", "model"),
+    [
+        (kind, model)
+        for (make, kind), craft in CRAFTS.items()
+        if make == "px4"
+        for model in craft.models
+    ],
+)
+def test_endurance_is_the_batterys_capacity(kind, model):
+    once = drawn(kind, model, 1.0)
+    assert once > 0.0
+    assert drawn(kind, model, 3.0) == pytest.approx(once / 3.0, rel=1e-6)
+
+
+def test_a_multirotors_battery_lasts_twenty_minutes():
+    assert 1.0 / drawn("multirotor", "multirotor", 1.0) == pytest.approx(20.0, abs=1.0)
+
+
+@pytest.mark.parametrize("endurance", [0.0, -1.0, np.nan, np.inf])
+def test_batteries_of_no_capacity_are_refused(endurance):
+    with pytest.raises(ValueError, match="endurance must be a positive number"):
+        fleet_of(1, endurance=endurance)
