@@ -14,6 +14,7 @@ from typing import Protocol
 
 SECOND_US = 1_000_000
 _LOOK_S = 0.001  # wall time between two looks at a simulation that is late
+_LED_S = 0.4  # wall time that a simulation takes to go on without its launcher
 _LONGEST_LOOK_S = 0.2  # between two looks; what is longer was spent elsewhere
 
 # A stepped mission happens at no particular date; this one makes its files equal byte for byte.
@@ -90,6 +91,8 @@ class LedClock:
         reached: asks how far the simulation is.
         lead_us: how far this clock may be ahead of it.
         patience_s: wall time after which a simulation that stands still is not waited for.
+        led: asks whether a launcher leads both: then the simulation, too, has its patience with
+            it, and is waited for a little longer.
     """
 
     def __init__(
@@ -99,11 +102,12 @@ class LedClock:
         *,
         lead_us: int,
         patience_s: float = 2.0,
+        led: Callable[[], bool] = lambda: False,
     ) -> None:
         self._paced = paced
         self._reached = reached
         self._lead_us = lead_us
-        self._patience_s = patience_s
+        self._patience_s, self._led = patience_s, led
         self._seen_us = 0
         self._still_s = 0.0  # for so long nothing moved while this clock was looking
         self._looked_s = time.monotonic()
@@ -111,6 +115,8 @@ class LedClock:
 
     def now_us(self) -> int:
         alone_s = max(self._still_s - self._patience_s, 0.0)
+        if alone_s and self._led():
+            alone_s = max(alone_s - _LED_S, 0.0)
         led_us = self._seen_us + self._lead_us + to_us(alone_s * self._paced.speed)
         self._now_us = max(self._now_us, min(self._paced.now_us(), led_us))
         return self._now_us

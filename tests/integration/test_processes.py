@@ -150,7 +150,7 @@ def test_agents_fly_in_child_processes(tmp_path, mission):
             assert other.process.wait(30) == 1
             assert "agent 2: another process flies it already" in other.text
         launcher.process.send_signal(signal.SIGSTOP)  # the others go on without it
-        time.sleep(3.0)
+        time.sleep(4.0)
         launcher.process.send_signal(signal.SIGCONT)
         launcher.process.wait(60)
         summary = json.loads((out / "summary.json").read_text())
@@ -252,7 +252,7 @@ def test_agents_tell_when_the_simulator_dies(tmp_path, mission):
 
 
 def test_agents_search_on_without_their_router_and_join_again(tmp_path):
-    mission = write(tmp_path, PAIR.format(duration=45.0))
+    mission = write(tmp_path, PAIR.format(duration=50.0))
     out = tmp_path / "out"
     with running(tmp_path, "router", "--listen", "auto") as first:
         first.says("tcp/")
@@ -260,10 +260,12 @@ def test_agents_search_on_without_their_router_and_join_again(tmp_path):
         with running(tmp_path, "launch", mission, "--router", endpoint, "--out", out) as launcher:
             searching(launcher)
             first.process.kill()
-            time.sleep(3.0)
+            launcher.says("router: it is gone", within_s=4.0)
+            time.sleep(6.0)
             with running(tmp_path, "router", "--listen", endpoint) as second:
                 second.says(endpoint)
                 back = len(launcher.text)
+                launcher.says("router: it is back", within_s=4.0)
                 launcher.says("agent 1: landed", after=back)
                 launcher.says("agent 2: landed", after=back)
                 launcher.process.wait(60)
@@ -274,4 +276,5 @@ def test_agents_search_on_without_their_router_and_join_again(tmp_path):
     ]
     assert max(b - a for a, b in pairwise(sent)) <= 3_000_000
     summary = json.loads((out / "summary.json").read_text())
+    assert summary["deaths"] == []
     assert [agent["state"] for agent in summary["agents"]] == ["landed", "landed"]

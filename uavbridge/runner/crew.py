@@ -10,15 +10,16 @@ from __future__ import annotations
 import logging
 import subprocess
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from math import inf
 from pathlib import Path
 
 from msgspec import DecodeError
 from msgspec.json import Decoder
 
 from uavbridge.bus import keys
-from uavbridge.bus.api import Bus
 from uavbridge.bus.security import agent_name
 from uavbridge.bus.text import read
+from uavbridge.bus.zenoh_bus import ZenohBus
 from uavbridge.clock import pause, to_s, wall_s
 from uavbridge.config import Mission, to_toml
 from uavbridge.errors import UavbridgeError
@@ -34,6 +35,9 @@ from uavbridge.runner.pace import Followed
 
 FOLDER = "agents"
 DIED = "its process died"
+ROUTER = "router"  # kind of events
+CONFIRM_S = 0.1  # wall time by which a token may be missed earlier than the router
+REJOIN_S = 1.5  # in which all are back at a router that is back
 _LOOK_S = 0.05
 
 _log = logging.getLogger(__name__)
@@ -58,7 +62,7 @@ class Crew:
         self,
         mission: Mission,
         agents: frozenset[int],
-        bus: Bus,
+        bus: ZenohBus,
         recorder: Recorder,
         vehicles: Mapping[int, str],
     ) -> None:
@@ -71,6 +75,10 @@ class Crew:
         self._mailboxes = [bus.subscribe("air/**"), bus.subscribe("state/**")]
         self._refused = bus.subscribe(keys.REFUSED)
         self._tokens = bus.watch(keys.alive("*"))
+        self._bus = bus
+        self._connected = True
+        self._changed_s = -inf
+        self._missing: dict[int, float] = {}  # wall time at which an agent's token went
         self.dead: dict[int, int] = {}
         text = to_toml(as_flown(mission.for_agents()))
         self._brief = Brief(bus, text, vehicles, mission.speed)
@@ -141,25 +149,47 @@ class Crew:
 
     def _deaths(self, t_us: int) -> list[Event]:
         """Who died, or came back, by the tokens that end with a process."""
-        events: list[Event] = []
-        newest = {keys.agent_of(sample.key): sample.data for sample in self._tokens.drain()}
-        for agent, lives in newest.items():  # one that was away for less than a tick is there
-            if agent not in self.agents or self._listener.phases.get(agent) in ENDED_PHASES:
+        events = self._router(t_us)
+        for sample in self._tokens.drain():
+            agent = keys.agent_of(sample.key)
+            if agent is None or agent not in self.agents:
                 continue
-            if not lives:
+            if not sample.data:
+                self._missing.setdefault(agent, wall_s())
+                continue
+            self._missing.pop(agent, None)
+            if self.dead.pop(agent, None) is not None:
+                events.append(Event(to_s(t_us), "its process is back", agent, PROCESS))
+        for agent in self._lost():
+            del self._missing[agent]
+            if self._listener.phases.get(agent) not in ENDED_PHASES:
                 self.dead[agent] = t_us
                 events.append(Event(to_s(t_us), DIED, agent, PROCESS))
-            elif self.dead.pop(agent, None) is not None:
-                events.append(Event(to_s(t_us), "its process is back", agent, PROCESS))
         for event in events:
-            _log.warning("agent %d: %s", event.agent, event.text)
-            record = EventRecord(PROCESS, event.text, event.agent or 0)
+            _log.warning("%s: %s", _who(event.agent), event.text)
+            record = EventRecord(event.kind, event.text, event.agent or 0)
             self._recorder.record("event", t_us, record)
         return events
 
+    def _router(self, t_us: int) -> list[Event]:
+        """Whether it was lost, or is back."""
+        there = self._bus.connected
+        if there == self._connected:
+            return []
+        self._connected, self._changed_s = there, wall_s()
+        return [Event(to_s(t_us), "it is back" if there else "it is gone", None, ROUTER)]
+
+    def _lost(self) -> list[int]:
+        """Whose tokens are gone, though we and they have had the time to find the router again."""
+        now_s = wall_s()
+        if not self._connected or now_s < self._changed_s + REJOIN_S:
+            return []
+        return [a for a, since_s in self._missing.items() if now_s > since_s + CONFIRM_S]
+
     def allowed_us(self, t_us: int) -> int:
         """How far the simulation may go: not far ahead of the slowest of these agents."""
-        slowest_us = self._followed.slowest_us(self.agents - self.dead.keys())
+        there = self.agents - self.dead.keys() - self._missing.keys()
+        slowest_us = self._followed.slowest_us(there)
         return t_us + AHEAD_US if slowest_us is None else min(t_us, slowest_us) + AHEAD_US
 
     def close(self) -> None:
@@ -196,9 +226,12 @@ def _event(agent: int | None, data: bytes, t_us: int) -> list[Event]:
         record = read(_EVENT, data)
     except DecodeError:
         return []
-    who = "router" if agent is None else f"agent {agent}"
-    _log.log(logging.INFO if agent else logging.WARNING, "%s: %s", who, record.text)
+    _log.log(logging.INFO if agent else logging.WARNING, "%s: %s", _who(agent), record.text)
     return [Event(to_s(t_us), record.text, agent, record.kind)]
+
+
+def _who(agent: int | None) -> str:
+    return "router" if agent is None else f"agent {agent}"
 
 
 def _listed(agents: Iterable[int]) -> str:

@@ -157,7 +157,7 @@ def _board(
     for link in links.values():
         stack.callback(link.close)
     paced, reached = PacedClock(mission.speed), Reached(bus)
-    clock = LedClock(paced, reached, lead_us=LEAD_US)
+    clock = LedClock(paced, reached, lead_us=LEAD_US, led=lambda: bus.connected)
     vehicles = {
         agent: driver_of(
             mission,

@@ -134,6 +134,7 @@ class Judge:
         self._newest_truth: Truth | None = None
         self._began_us = 0
         self._over_us: int | None = None  # when all were called home
+        self._deaf_us = 0
         self._silence_s = assemble.patience(mission, SILENCE_S)
         self._late_s = assemble.patience(mission, mission.bus.wait_s)  # of other processes
         self._apart = mission.apart()
@@ -215,6 +216,10 @@ class Judge:
         to_all = sample.key == keys.cmd()
         if to_all and order.verb in _ENDS_ALL and self.verdict is Verdict.FLYING:
             self.verdict = Verdict.STOPPED
+
+    def miss(self, t_us: int) -> None:
+        """Nothing that anybody says can be heard now: nobody is taken for lost by that."""
+        self._deaf_us = t_us
 
     def stop(self, t_us: int) -> None:
         """Call all home now, by a person's wish; further calls change nothing."""
@@ -359,7 +364,8 @@ class Judge:
             return to_s(t_us - self._over_us) > YIELDED_S
         if report.phase in _ENDED:
             return True
-        return to_s(t_us - report.t_us) > self._silence_s and not self._flies(agent, t_us)
+        heard_us = max(report.t_us, self._deaf_us)
+        return to_s(t_us - heard_us) > self._silence_s and not self._flies(agent, t_us)
 
     def _flies(self, agent: int, t_us: int) -> bool:
         """Whether a simulated vehicle is in the air, as one whose agent died on its way home."""

@@ -152,13 +152,14 @@ def fly_paced(
         progress = _with_notes(NetNotes(elsewhere, recorder), progress)
         began_us = _go_on(earlier, paced, host, judge, vehicles) if earlier else 0
         ticks = Ticks(clock, paced, began_us)
-        _loop(ticks, host, crew, judge, simulation, progress, stop)
+        _loop(ticks, bus, host, crew, judge, simulation, progress, stop)
         stand_down(elsewhere, paced, tell)
         return Flown(judge, host, ticks.kept)
 
 
 def _loop(
     ticks: Ticks,
+    bus: ZenohBus,
     host: AgentHost,
     crew: Crew | None,
     judge: Judge,
@@ -177,6 +178,8 @@ def _loop(
             judge.dead = crew.dead
         if stop():
             judge.stop(t_us)
+        if not bus.connected:
+            judge.miss(t_us)
         judge.step(t_us)
         progress(t_us, judge, host)
         simulation.check()

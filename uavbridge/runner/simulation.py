@@ -46,7 +46,9 @@ from uavbridge.runner.world import SimulatedWorld, world_of
 START_IN_S = 0.1  # from the word to mission start
 READY = "ready"
 GOODBYE = b"end\n"
-PATIENCE_S = 1.0  # wall time without a word of a parent that stands still, after which it goes on
+# Wall time without a word of a parent that stands still, after which it goes on; longer than the
+# patience of ``LedClock``, as where the bus is away all wait for each other so long; but hardly.
+PATIENCE_S = 2.1
 IDLE_US = 10 * SECOND_US  # without a parent it ends when no vehicle was armed for so long
 
 
@@ -220,6 +222,33 @@ class _Orphan:
         return t_us - self._armed_us > IDLE_US
 
 
+class _Led:
+    """How far simulated time may go.
+
+    Args:
+        fleet: the vehicles.
+        waits: for as long as the parent says nothing; else agents of other processes do not lack
+            their vehicles because it stands still: they go on until it has caught up.
+    """
+
+    def __init__(self, fleet: Fleet, *, waits: bool) -> None:
+        self._fleet, self._waits = fleet, waits
+        self._until_us: float = 0
+        self._told_s = wall_s()
+        self._alone = False
+
+    def allow(self, t_us: float) -> None:
+        """The parent's word."""
+        self._until_us, self._told_s = t_us, wall_s()
+
+    def allowed_us(self) -> float:
+        if not self._waits and wall_s() - self._told_s > PATIENCE_S:
+            self._alone = True
+        elif self._until_us > self._fleet.now_us:
+            self._alone = False
+        return inf if self._alone else self._until_us
+
+
 async def _serve(
     fleet: Fleet,
     world: SimulatedWorld,
@@ -229,29 +258,23 @@ async def _serve(
     epoch_ns: int,
 ) -> None:
     loop, stop = asyncio.get_running_loop(), asyncio.Event()
-    allowed_us: float = 0
-    told_s = wall_s()
+    led = _Led(fleet, waits=not setup.lingers)
     orphan: _Orphan | None = None
 
     def lose_parent(goodbye: bool) -> None:
-        nonlocal allowed_us, orphan
+        nonlocal orphan
         if goodbye or not setup.lingers:
             stop.set()
         else:
-            allowed_us, orphan = inf, _Orphan(fleet)
+            led.allow(inf)
+            orphan = _Orphan(fleet)
 
     def follow_parent() -> None:
-        nonlocal allowed_us, told_s
         line = b""
         for line in sys.stdin.buffer:
             if line != GOODBYE:
-                allowed_us, told_s = int(line), wall_s()
+                led.allow(int(line))
         loop.call_soon_threadsafe(lose_parent, line == GOODBYE)
-
-    def allowed() -> float:
-        """Agents of other processes must not lack their vehicles because the launcher is frozen."""
-        frozen = setup.lingers and wall_s() - told_s > PATIENCE_S
-        return inf if frozen else allowed_us
 
     def look(_fleet: Fleet, t_us: int) -> None:
         if t_us % CONTROL_US == 0:
@@ -272,7 +295,7 @@ async def _serve(
         speed=setup.mission.speed,
         epoch_ns=epoch_ns,
         slips=True,
-        allowed_us=allowed,
+        allowed_us=led.allowed_us,
         on_step=look,
         stop=stop,
     )

@@ -137,6 +137,17 @@ def test_it_waits_for_the_vehicle_of_a_dead_agent_to_be_down():
         assert stage.judge.ended(second * SECOND) == (height_m < 0.5)
 
 
+def test_nobody_is_lost_while_nothing_can_be_heard():
+    stage = Stage()
+    stage.report(1, SECOND)
+    stage.report(2, SECOND)
+    for second in range(1, 31):
+        stage.judge.miss(second * SECOND)
+        stage.second(second)
+    assert not stage.judge.ended(35 * SECOND)
+    assert stage.judge.ended(41 * SECOND)
+
+
 def test_a_failed_agent_is_named_with_its_reason():
     stage = Stage()
     stage.report(1, SECOND, phase="failed", failure="refused to arm: no GPS")
