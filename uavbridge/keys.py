@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from ipaddress import ip_address
 from pathlib import Path
@@ -22,7 +23,10 @@ from uavbridge.errors import ConfigError
 LOCAL: Final = ("localhost", "127.0.0.1")
 _BEFORE_S: Final = 3600.0  # clocks of other machines may be behind
 _DAY_S: Final = 86400.0
+_MOST_DAYS: Final = 36500.0
+_LONGEST_NAME: Final = 64  # of a certificate's common name
 _PRIVATE: Final = 0o600
+_NAME: Final = re.compile(r"[A-Za-z0-9_*.-]{1,253}")
 
 
 class _Authority:
@@ -36,12 +40,12 @@ class _Authority:
             self._key, SHA256()
         )
 
-    def issue(self, folder: Path, name: str, hosts: Sequence[str] = ()) -> None:
+    def issue(self, folder: Path, name: str, hosts: Sequence[x509.GeneralName] = ()) -> None:
         """Make one identity, in a folder of its own."""
         key = generate(SECP256R1())
         builder = self._builder(_named(name), key, authority=False)
         if hosts:
-            alternatives = x509.SubjectAlternativeName([_host(host) for host in hosts])
+            alternatives = x509.SubjectAlternativeName(hosts)
             builder = builder.add_extension(alternatives, critical=False)
         folder.mkdir(parents=True)
         (folder / security.AUTHORITY).write_bytes(self.certificate.public_bytes(Encoding.PEM))
@@ -88,8 +92,11 @@ def make(
         days: how long the certificates are good; below 0: they are over, for tests.
 
     Raises:
-        ConfigError: the folder is there already, or cannot be made.
+        ConfigError: the folder is there already, or cannot be made; hosts or days make no sense.
     """
+    if not abs(days) <= _MOST_DAYS:
+        raise ConfigError(f"--days: must be at most {_MOST_DAYS:.0f}, not {days:g}")
+    known = [_host(host) for host in (*LOCAL, *hosts)]
     access = security.Access(mission, sorted(agents), sorted(places))
     names = [
         security.ROUTER,
@@ -103,8 +110,7 @@ def make(
     try:
         folder.mkdir(parents=True)
         for name in names:
-            there = (*LOCAL, *hosts) if name == security.ROUTER else ()
-            authority.issue(folder / name, name, there)
+            authority.issue(folder / name, name, known if name == security.ROUTER else ())
         (folder / security.ROUTER / security.ACCESS).write_bytes(msgspec.json.encode(access))
     except OSError as fault:
         raise ConfigError(f"{folder}: {fault.strerror}") from None
@@ -112,11 +118,13 @@ def make(
 
 
 def _named(name: str) -> x509.Name:
-    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name[:_LONGEST_NAME])])
 
 
 def _host(host: str) -> x509.GeneralName:
     try:
         return x509.IPAddress(ip_address(host))
     except ValueError:
-        return x509.DNSName(host)
+        if _NAME.fullmatch(host):
+            return x509.DNSName(host)
+    raise ConfigError(f"--host: {host!r} is neither an address nor a name of a machine")

@@ -1,6 +1,7 @@
 """A mission whose bus asks everybody who they are: a real router, real certificates."""
 
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -88,6 +89,22 @@ def test_identities_that_are_not_there_are_named(tmp_path):
     with pytest.raises(ConfigError, match="keys: File exists"):
         make(tmp_path / "keys", "pair", [1])
     assert (tmp_path / "keys/agent-1/key.pem").stat().st_mode & 0o077 == 0
+
+
+@pytest.mark.parametrize(
+    ("told", "what"),
+    [
+        ({"days": math.nan}, "--days: must be at most 36500"),
+        ({"days": math.inf}, "--days"),
+        ({"hosts": ["ground", ""]}, "--host: ''"),
+        ({"hosts": ["bäd host"]}, "--host: 'bäd host'"),
+    ],
+)
+def test_what_makes_no_certificate_is_told_before_any_is_made(tmp_path, told, what):
+    with pytest.raises(ConfigError, match=what):
+        make(tmp_path / "keys", "n" * 80, [1], **told)
+    assert not (tmp_path / "keys").exists()
+    assert len(make(tmp_path / "keys", "n" * 80, [1])) == 5
 
 
 def test_a_place_agent_has_an_identity_of_its_own(tmp_path):
