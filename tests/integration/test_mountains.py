@@ -127,13 +127,14 @@ def test_the_same_seed_gives_the_same_bytes(flown, tmp_path):
 
 
 def test_rovers_in_real_time(tmp_path):
-    mission = write(tmp_path, ROVERS)
+    # its signals reach where they start: 60 s at most in lockstep, whatever the seed
+    mission = write(tmp_path, ROVERS.replace("[110, 120]", "[60, 70]"))
     done = launch(mission, "--speed", 8, "--json", "--out", tmp_path / "out")
     summary = document(done)
     assert summary["failures"] == []
-    assert {agent["state"] for agent in summary["agents"]} <= {"landed", "park"}
-    found = summary["targets"][0]["found_at_s"] is not None  # one run in ten takes longer
-    assert done.returncode == (0 if found else 1)
+    assert {agent["state"] for agent in summary["agents"]} == {"landed"}
+    assert summary["targets"][0]["found_at_s"] is not None
+    assert done.returncode == 0
 
 
 @pytest.mark.parametrize("name", sorted(packaged()))
