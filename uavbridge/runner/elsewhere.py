@@ -41,7 +41,7 @@ from uavbridge.runner.pace import Pace
 from uavbridge.runner.simulation import Reached
 from uavbridge.runner.stand_down import stand_down
 from uavbridge.runner.succession import give_way, refuse_twins
-from uavbridge.runner.ticks import CONTROL_US, LEAP_S, Ticks
+from uavbridge.runner.ticks import CONTROL_US, Ticks
 from uavbridge.vehicle.api import Vehicle
 
 # Of a machine, not of the mission: these may differ from the launcher's.
@@ -235,7 +235,7 @@ def _fly(
     ticks = Ticks(aboard.clock, aboard.paced, first_us)
     while ended_us is None or ticks.t_us <= ended_us:
         t_us = ticks.wait()
-        if ticks.late_s > LEAP_S:
+        if ticks.leapt:
             give_way(bus, [seat.agent.plan.agent for seat in host.seats], ticks.late_s)
         if stop():
             host.call_home()
@@ -244,8 +244,8 @@ def _fly(
         host.step(t_us, late_s=ticks.late_s)
         here.tell(t_us)
         if host.ended and ended_us is None:
-            # with a last report, which tells all that they have heard and recorded
-            ended_us = (t_us // SECOND_US + 1) * SECOND_US
+            # with a last report, which tells all that they have heard and recorded; one may be lost
+            ended_us = (t_us // SECOND_US + 2) * SECOND_US
         ticks.done()
     here.tell(-1)  # nobody need wait for these agents any more
 

@@ -8,6 +8,8 @@ from uavbridge.clock import SECOND_US, Clock, PacedClock, to_s, to_us
 
 CONTROL_US = 100_000  # between two steps of the agents
 LEAP_S = 3.0  # so much too late the process stood still: what it missed is not made up for
+SETTLE_S = 0.3  # wall time after that until vehicles have been heard
+STOOD_S = 1.0  # wall time between two ticks after which setpoints may have been missed
 LATE_TICKS = 5  # so many ticks late, the next ones but those on a full second are left out
 
 
@@ -38,15 +40,19 @@ class Ticks:
 
     Attributes:
         t_us: of the next tick, or of the one that runs.
-        late_s: of the one that runs, by ``clock``; after standing still, for how long.
+        late_s: of the one that runs, by ``clock``; after standing still, or waiting long for a
+            simulation, for how long.
+        leapt: the one that runs is the first after the process stood still.
     """
 
     def __init__(self, clock: Clock, paced: PacedClock, first_us: int = 0) -> None:
         self.t_us = first_us
         self.late_s = 0.0
+        self.leapt = False
         self._clock, self._paced = clock, paced
         self._ticks = self._late = self._left_out = 0
         self._worst_us = 0
+        self._done_us = 0  # real time of the end of the newest tick; 0: none yet
 
     @property
     def kept(self) -> Punctuality:
@@ -57,6 +63,9 @@ class Ticks:
         """Wait for the next tick; its mission time."""
         self._clock.wait_until(self.t_us)
         self.late_s = to_s(self._clock.now_us() - self.t_us)
+        stood_us = self._paced.now_us() - self._done_us
+        if self._done_us and stood_us > to_us(STOOD_S * self._paced.speed):
+            self.late_s = max(self.late_s, to_s(stood_us))
         self._leap()
         behind_us = self._paced.now_us() - self.t_us
         self._worst_us = max(self._worst_us, behind_us)
@@ -66,6 +75,7 @@ class Ticks:
 
     def done(self) -> None:
         """The tick is over. Of those that should be over, too, only full seconds still come."""
+        self._done_us = self._paced.now_us()
         self.t_us += CONTROL_US
         while self.t_us % SECOND_US and self._clock.now_us() - self.t_us > LATE_TICKS * CONTROL_US:
             self.t_us += CONTROL_US
@@ -79,9 +89,10 @@ class Ticks:
         What came meanwhile is heard in one tick: spread over the seconds that were missed, it would
         look as if everybody had been silent for most of them.
         """
-        behind_us = self._clock.now_us() - self.t_us
-        if behind_us <= to_us(LEAP_S):
+        self.leapt = self._clock.now_us() - self.t_us > to_us(LEAP_S)
+        if not self.leapt:
             return
+        self._clock.wait_until(self._clock.now_us() + to_us(SETTLE_S * self._paced.speed))
         missed = (self._clock.now_us() // SECOND_US * SECOND_US - self.t_us) // CONTROL_US
         self.t_us += missed * CONTROL_US
         self._ticks += missed

@@ -65,7 +65,18 @@ def test_after_standing_still_it_goes_on_with_the_second_that_it_is():
     assert (ticks.kept.ticks, ticks.kept.left_out) == (151, 149)
     ticks.done()
     assert ticks.wait() == 15_100_000
-    assert ticks.late_s < 0.2
+    assert ticks.late_s < 0.5
+
+
+def test_who_waited_long_for_a_simulation_may_have_missed_setpoints():
+    paced = Hand()
+    ticks = Ticks(SteppedClock(), paced)
+    for stood_us, late_s in ((10_000, 0.0), (2_500_000, 2.5), (10_000, 0.0)):
+        ticks.wait()
+        ticks.done()
+        paced.us += stood_us
+        ticks.wait()
+        assert ticks.late_s == late_s
 
 
 def test_late_by_real_time_though_the_mission_s_own_clock_waits_for_a_simulation():
