@@ -150,7 +150,7 @@ def main(out: Path, duration_s: float | None) -> None:
     print(f"status {flight.status}, {flight.wall_s:.0f} s, {flight.cpu_s:.0f} s of CPU")
     print("x real time, by hour:", [round(x, 1) for x in speeds(flight.samples)])
     end_s = flight.samples[-1, 0]
-    for share in (0.25, 0.5):
+    for share in (1 / 3, 1 / 2):
         slope = slope_mb_per_hour(flight.samples, share * end_s, end_s)
         print(f"memory after {share:.0%} of the mission: {slope:+.2f} MB an hour")
     found = drift(out)
