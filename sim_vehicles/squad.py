@@ -110,7 +110,7 @@ class Squad:
         make = craft.models.get(around.model) or next(iter(craft.models.values()))
         yaw = np.array([spec.yaw_rad for spec in specs])
         self._model = make(place, yaw, terrain=around.terrain)
-        self._model.states.endurance = around.endurance
+        self._model.states.endurance[:] = around.endurance
         self._wind = wind
         self._step_us = round(around.step_s * 1e6)
         self._step_s = self._step_us * 1e-6

@@ -28,8 +28,8 @@ class Battery:
         drain *= load
         drain *= params.hover_a
         np.add(drain, params.avionics_a, out=states.current)
-        capacity_ah = params.capacity_ah * states.endurance
-        np.multiply(states.current, dt_s / (3600.0 * capacity_ah), out=drain)
+        np.multiply(states.current, dt_s / (3600.0 * params.capacity_ah), out=drain)
+        drain /= states.endurance
         states.battery -= drain
         np.maximum(states.battery, 0.0, out=states.battery)
         np.multiply(states.battery, params.full_v - params.empty_v, out=states.voltage)

@@ -36,7 +36,7 @@ class States:
     on_ground: Bools  # (n,) touches the ground
     ground: F64  # (n,) ENU m: height of the ground under it
     airspeed: F64  # (n,) m/s; NaN where nothing measures it
-    endurance: float = 1.0  # capacity of the batteries, times that of the model
+    endurance: F64  # (n,) capacity of the battery, times that of the model
 
     @staticmethod
     def at(position: F64, yaw: F64) -> States:
@@ -57,6 +57,7 @@ class States:
             on_ground=np.ones(n, dtype=np.bool_),
             ground=zero.copy(),
             airspeed=np.full(n, np.nan),
+            endurance=np.ones(n),
         )
 
 

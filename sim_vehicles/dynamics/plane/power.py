@@ -26,7 +26,7 @@ class Drain:
         push = np.maximum(thrust, 0.0)
         stream = np.sqrt(2.0 * push / (k.air * k.prop_area * k.prop_c) + airspeed**2)
         power = push * 0.5 * (airspeed + stream) / pack.efficiency + pack.avionics_w
-        states.battery -= power * (dt_s / (pack.energy_j * states.endurance))
+        states.battery -= power * (dt_s / pack.energy_j) / states.endurance
         np.maximum(states.battery, 0.0, out=states.battery)
         rest = pack.empty_v + (pack.full_v - pack.empty_v) * states.battery
         states.current[:] = power / rest

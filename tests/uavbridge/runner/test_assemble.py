@@ -21,7 +21,7 @@ def test_there_is_a_fleet_for_every_speed(clock: str, speed: float) -> None:
 
 def test_a_mission_says_how_long_its_batteries_last() -> None:
     mission = config.load(None, {"simulator.endurance": 7.5})
-    assert assemble.fleet_of(mission, (1, 2)).squads[0].states.endurance == 7.5
+    assert assemble.fleet_of(mission, (1, 2)).squads[0].states.endurance.tolist() == [7.5, 7.5]
 
 
 def test_a_planner_that_cannot_be_bound_is_a_fault_in_one_line() -> None:
