@@ -210,8 +210,10 @@ def test_a_frozen_agent_is_told_of_and_the_other_flies_on(tmp_path, mission):
         wait_for(lambda: gone(children.values()))
 
 
-def test_a_frozen_agent_wakes_up_when_another_process_has_its_vehicle(tmp_path, mission):
-    out = tmp_path / "out"
+def test_a_frozen_agent_wakes_up_when_another_process_has_its_vehicle(tmp_path):
+    # its vehicle holds for long enough, however slowly another process starts
+    patient = "\n[simulator.parameters]\nCOM_DL_LOSS_T = 200\n"
+    mission, out = write(tmp_path, PAIR.format(duration=35.0) + patient), tmp_path / "out"
     with running(tmp_path, "launch", mission, "--out", out) as launcher:
         frozen = searching(launcher)["--id=2"]
         frozen.suspend()

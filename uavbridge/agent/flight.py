@@ -14,7 +14,7 @@ import numpy as np
 
 from planners.types import Setpoint
 from uavbridge.agent.course import Course
-from uavbridge.agent.custody import is_ours
+from uavbridge.agent.custody import OURS, Custody, Held, is_ours
 from uavbridge.agent.driving import Driving
 from uavbridge.agent.effects import Do, Effect, Inputs, Tell
 from uavbridge.agent.flying import Flying
@@ -52,14 +52,9 @@ STOPPED_M_S = 0.2
 SLOWEST = 0.7  # share of the speed limit below which a plane that we know nothing of is not flown
 SLOWEST_CLIMB_M_S = 0.5  # of a vehicle that takes off
 EARLY_S = 5.0  # called home so soon, a vehicle that is not there yet has not failed
-STRANGE_MODE_S = 0.3  # a mode we did not ask for, for so long: somebody has the vehicle
 EMPTY = 0.01  # share of a battery's charge
-STALL_S = 0.5  # a step so late may have cost us the vehicle: then it is ours to take back
-STALL_MEMORY_S = 10.0
 WARNING = 4  # MAV_SEVERITY; texts less severe stay with the vehicle
 NEVER_US = -(1 << 60)
-FAILSAFES = frozenset({Mode.HOLD, Mode.RETURN, Mode.LAND})
-OURS = FAILSAFES | {Mode.OFFBOARD}  # what our own vehicle may be in when we come back
 
 
 class Flight:
@@ -76,9 +71,7 @@ class Flight:
         self.limited_by: tuple[str, ...] = ()
         self._since_us = NEVER_US  # begin of the phase
         self._asked_us = NEVER_US  # newest command, repeated after plan.retry_s
-        self._strange_us: int | None = None
-        self._stopped_us: int | None = None  # disarmed since then, though it was to go on
-        self._stalled_us = NEVER_US
+        self._custody = Custody(simulated=plan.endpoint == SIMULATED)
         self._orders = Obeying(plan.agent)
         self._last: Vector | None = None
         self._refusal = ""
@@ -104,8 +97,7 @@ class Flight:
         self._odometer(inputs.state)
         self._orders.effects = self._effects
         self._learn_kind(inputs.state)
-        if inputs.late_s > STALL_S:
-            self._stalled_us = inputs.t_us
+        self._custody.late(inputs.t_us, inputs.late_s)
         for event in inputs.events:
             self._happened(event, inputs)
         if self.phase not in ENDED:
@@ -199,7 +191,7 @@ class Flight:
                 self._come_down(state, t_us)
             else:
                 self._watch_mode(state, t_us)
-        elif self.phase in FOLLOWING and self._stopped(state, t_us):
+        elif self.phase in FOLLOWING and self._custody.stopped(state, t_us):
             self._fail_disarmed(state, t_us)
         elif self.phase in FOLLOWING and state.link_ok and not state.has_position:
             self.failure = "vehicle lost its position: it lands"
@@ -207,15 +199,6 @@ class Flight:
             self._enter(Phase.LAND, t_us)
         elif self.phase is not Phase.YIELDED:
             self._watch_mode(state, t_us)
-
-    def _stopped(self, state: VehicleState, t_us: int) -> bool:
-        """Its motors stopped on the way, for so long."""
-        if state.armed or not state.link_ok:
-            self._stopped_us = None
-            return False
-        if self._stopped_us is None:
-            self._stopped_us = t_us
-        return to_s(t_us - self._stopped_us) > STRANGE_MODE_S
 
     def _come_down(self, state: VehicleState, t_us: int) -> None:
         """It does not take off, or follows no setpoints there."""
@@ -230,16 +213,12 @@ class Flight:
             self._fail(why, t_us)
 
     def _watch_mode(self, state: VehicleState, t_us: int) -> None:
-        if self._is_ours(state):
-            self._strange_us = None
-        elif self._strange_us is None:
-            self._strange_us = t_us
-        elif self._stalled_lately(t_us) and state.mode in FAILSAFES:
-            # Our own setpoints came too late, and the autopilot's failsafe took over.
+        held = self._custody.held(state.mode, self._is_ours(state), t_us)
+        if held is Held.LET_GO:
             if self.phase in FOLLOWING:
                 self._ask(Follow(), t_us)
             self._granted = False  # whatever else was asked for is asked for again
-        elif to_s(t_us - self._strange_us) > STRANGE_MODE_S:
+        elif held is Held.BY_SOMEBODY:
             self.failure = f"vehicle went to {state.mode_text or state.mode.value}: yielded"
             self._tell(self.failure, failure=True)
             self._enter(Phase.YIELDED, t_us)
@@ -248,11 +227,6 @@ class Flight:
         granted = self._granted and self._under_way(state) and state.armed
         circles, high = self.course.handling.circles, self._is_high(state)
         return is_ours(self.phase, state.mode, granted=granted, high=high, circles=circles)
-
-    def _stalled_lately(self, t_us: int) -> bool:
-        """Our own lateness may be why a simulated vehicle left us; others are never taken back."""
-        simulated = self.plan.endpoint == SIMULATED
-        return simulated and to_s(t_us - self._stalled_us) < STALL_MEMORY_S
 
     def _give_up(self, state: VehicleState, t_us: int) -> None:
         """It is time to fly, or to end, and the vehicle is not ready."""
@@ -451,7 +425,7 @@ class Flight:
         self.phase = check(self.phase, phase)
         self._since_us = t_us
         self._asked_us = NEVER_US
-        self._strange_us = None
+        self._custody.begin()
         self._granted = False
 
     def _ask(self, command: Command, t_us: int) -> None:
