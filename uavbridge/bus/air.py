@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 from msgspec.structs import replace
 
 from uavbridge.bus import keys
@@ -44,13 +42,8 @@ class Air(Channel[Frame]):
     def _key(tile: keys.TilePattern, agent: int | str) -> str:
         return keys.air(tile, agent)
 
-    @staticmethod
-    def _encode(message: Frame) -> bytes:
-        return encode(message)
-
-    @staticmethod
-    def _decode(data: bytes, rejects: Counter[str]) -> Frame | None:
-        return decode(data, rejects)
+    _encode = staticmethod(encode)
+    _decode = staticmethod(decode)
 
     @staticmethod
     def _number(message: Frame) -> int:
@@ -66,13 +59,8 @@ class SafetyBeacons(Channel[Beacon]):
     def _key(tile: keys.TilePattern, agent: int | str) -> str:
         return keys.safety(tile, agent)
 
-    @staticmethod
-    def _encode(message: Beacon) -> bytes:
-        return encode_beacon(message)
-
-    @staticmethod
-    def _decode(data: bytes, rejects: Counter[str]) -> Beacon | None:
-        return decode_beacon(data, rejects)
+    _encode = staticmethod(encode_beacon)
+    _decode = staticmethod(decode_beacon)
 
     @staticmethod
     def _number(message: Beacon) -> int:

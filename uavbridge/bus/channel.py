@@ -126,11 +126,11 @@ class Channel(ABC, Generic[M]):
 
     @staticmethod
     @abstractmethod
-    def _encode(message: M) -> bytes: ...
+    def _encode(message: M, /) -> bytes: ...
 
     @staticmethod
     @abstractmethod
-    def _decode(data: bytes, rejects: Counter[str]) -> M | None: ...
+    def _decode(data: bytes, rejects: Counter[str], /) -> M | None: ...
 
     @abstractmethod
     def _number(self, message: M) -> int:
@@ -225,12 +225,14 @@ class Channel(ABC, Generic[M]):
     def _accept(self, samples: list[Sample], t_us: int) -> None:
         """Decode what arrived, count what is of no use, and put the rest in line."""
         self.arrivals += len(samples)
+        decode, malformed, number = self._decode, self._malformed, self._number
+        screening, waiting = self._screening, self._waiting
         for key, data in samples:
-            message = self._decode(data, self._malformed)
+            message = decode(data, malformed)
             if message is None:
-                self._screening.refuse(key, self._malformed.popitem()[0])
-            elif self._screening.passes(key, message, data[3], t_us):
-                self._waiting.append(_Arrival(message, data, self._number(message), t_us))
+                screening.refuse(key, malformed.popitem()[0])
+            elif screening.passes(key, message, data[3], t_us):
+                waiting.append(_Arrival(message, data, number(message), t_us))
 
     def _due(self, t_us: int) -> list[_Arrival[M]]:
         """Arrivals that can be judged now; the rest waits for the truth, but not for long."""
@@ -257,7 +259,7 @@ class Channel(ABC, Generic[M]):
     ) -> None:
         """``_judge`` and all that follows, for one agent: plain numbers cost less than arrays."""
         agent, radio, log = self.agents[0], self.radio, self._log
-        account = self.traffic[agent]
+        account, frames, octets = self.traffic[agent], 0, 0
         truth = self._truth if self._truth and self._truth.ids and radio.needs_positions else None
         for message, data, _, _ in batch:
             if message.sender == agent:
@@ -271,11 +273,12 @@ class Channel(ABC, Generic[M]):
             heard = radio.reaches_one(source, place)
             if heard:
                 inbox.append(message)
-                account.hear(1, len(data))
+                frames, octets = frames + 1, octets + len(data)
             else:
                 account.drop(_FAR, 1, len(data))
             if log is not None:
                 log(agent, data, heard, _HEARD if heard else _FAR)
+        account.hear(frames, octets)
 
     def _judge(self, batch: list[_Arrival[M]], known: F64, t_us: int) -> Verdicts:
         sent = Transmissions(

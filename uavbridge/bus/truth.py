@@ -144,15 +144,9 @@ class TruthTrack:
         if moment is None or moment.t_us != t_us:
             moment = self._moment = self._moment_at(t_us)
         _, start, end, share, inside = moment
-        places: list[Vector | None] = []
-        for agent in (one, other):
-            row = self.row.get(agent)
-            if row is None:
-                places.append(None)
-                continue
-            (x, y, z), (u, v, w) = start[row], end[row]
-            places.append((x + share * (u - x), y + share * (v - y), z + share * (w - z)))
-        return places[0], places[1], inside
+        i, j = self.row.get(one), self.row.get(other)
+        first = None if i is None else _between(start[i], end[i], share)
+        return first, None if j is None else _between(start[j], end[j], share), inside
 
     def _moment_at(self, t_us: int) -> _Moment:
         stamps = self._stamps
@@ -184,3 +178,8 @@ class TruthTrack:
             return None
         x, y, z = positions[0, self.row[agent]].tolist()
         return x, y, z
+
+
+def _between(start: Sequence[float], end: Sequence[float], share: float) -> Vector:
+    (x, y, z), (u, v, w) = start, end
+    return x + share * (u - x), y + share * (v - y), z + share * (w - z)

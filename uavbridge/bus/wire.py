@@ -225,7 +225,11 @@ def _heard_bytes(heard: int) -> bytes:
 
 def decode(data: bytes, rejects: Counter[str] | None = None) -> Frame | None:
     """The frame in ``data``; None, and its reason counted, when malformed."""
-    return accepted(_frame, data, rejects)
+    try:  # as ``accepted`` does: this runs for every frame that arrives
+        return _frame(data)
+    except MalformedError as fault:
+        _refuse(fault, rejects)
+        return None
 
 
 def sender_and_tick(data: bytes) -> tuple[int, int]:
@@ -275,11 +279,15 @@ def accepted(
     try:
         return parse(data)
     except MalformedError as fault:
-        reason = str(fault)
-        if rejects is not None:
-            rejects[reason] += 1
-        _log.debug("malformed message dropped: %s", reason)
+        _refuse(fault, rejects)
         return None
+
+
+def _refuse(fault: MalformedError, rejects: Counter[str] | None) -> None:
+    reason = str(fault)
+    if rejects is not None:
+        rejects[reason] += 1
+    _log.debug("malformed message dropped: %s", reason)
 
 
 def check_head(data: bytes, size: int, kinds: Collection[int]) -> None:
