@@ -140,6 +140,12 @@ def times(folder, topic):
     return [message.t_us for message in Recording(folder).messages() if message.topic == topic]
 
 
+def second_agent(folder, launcher, out):
+    """A process for agent 2 beside those that the launcher started."""
+    files = [out / "mission.toml", "--out", out / "agents" / "2"]
+    return running(folder, "agent", *files, "--id", 2, "--router", router_of(launcher))
+
+
 @pytest.fixture
 def mission(tmp_path):
     return write(tmp_path, PAIR.format(duration=35.0))
@@ -176,10 +182,7 @@ def test_an_agent_is_killed_and_comes_back_in_flight(tmp_path, mission):
         children = searching(launcher)
         children["--id=2"].kill()
         launcher.says("agent 2: its process died", within_s=2.0)
-        with running(
-            tmp_path, "agent", out / "mission.toml", "--id", 2,
-            "--router", router_of(launcher), "--out", out / "agents" / "2",
-        ) as agent:  # fmt: skip
+        with second_agent(tmp_path, launcher, out) as agent:
             agent.says("takes over its vehicle in ")
             launcher.says("agent 2: its process is back")
             agent.says("agent 2: landed")
@@ -218,10 +221,7 @@ def test_a_frozen_agent_wakes_up_when_another_process_has_its_vehicle(tmp_path):
         frozen = searching(launcher)["--id=2"]
         frozen.suspend()
         launcher.says("agent 2: its process died", within_s=2.5)
-        with running(
-            tmp_path, "agent", out / "mission.toml", "--id", 2,
-            "--router", router_of(launcher), "--out", out / "agents" / "2",
-        ) as heir:  # fmt: skip
+        with second_agent(tmp_path, launcher, out) as heir:
             heir.says("agent 2: search")
             frozen.resume()
             launcher.says("and another one flies it by now")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import accumulate, groupby
 from math import inf, isfinite
 from operator import attrgetter
@@ -82,10 +82,10 @@ class Mapping:
         """Cells (m,) changed, by what frames told: others are to be told what is new in them."""
         if not len(cells):
             return
-        rule = self._plan.rule
-        old = set(_each(rule.records(before, cells)))
+        rule, size = self._plan.rule, self._plan.rule.record.itemsize
+        old = set(_each(rule.records(before, cells).tobytes(), size))
         records = rule.records(self.belief, cells)
-        new = records[[record not in old for record in _each(records)]]
+        new = records[[record not in old for record in _each(records.tobytes(), size)]]
         at = new["cell"]
         now, then = self.belief.probability.reshape(-1)[at], before.probability.reshape(-1)[at]
         self._outbox.changed(new, np.abs(now - then), own=own, sources=self._sources(new, frames))
@@ -109,8 +109,7 @@ class Mapping:
 
     def _contents(self, records: bytes) -> list[bytes]:
         """What each of some records says that merging looks at."""
-        size, parts = self._plan.rule.record.itemsize, self._compared
-        whole = [records[start : start + size] for start in range(0, len(records), size)]
+        parts, whole = self._compared, _each(records, self._plan.rule.record.itemsize)
         if not parts:
             return whole
         return [b"".join([record[part] for part in parts]) for record in whole]
@@ -182,7 +181,6 @@ def _compared(rule: MergeRule) -> list[slice]:
     return [slice(ends[name] - rule.record[name].itemsize, ends[name]) for name in rule.compared]
 
 
-def _each(records: Records) -> Iterable[bytes]:
-    """The bytes of each of them."""
-    data, size = records.tobytes(), records.dtype.itemsize
+def _each(data: bytes, size: int) -> list[bytes]:
+    """The bytes of each record of a size."""
     return [data[start : start + size] for start in range(0, len(data), size)]
